@@ -166,24 +166,14 @@ def _assembled(entries: dict[tuple[int, int], Any]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class UniformBeam:
-    """A uniform beam, known by its compliance: x along it, clamped at its start.
+    """A uniform beam, known by its compliance: x along it, clamped at its start."""
 
-    Attributes
-    ----------
-    length : float
-        [m]
-    EA, EIy, EIz, GJ : float
-        Rigidities [N], [N m^2].
-    shear_y, shear_z : float
-        Shear compliance of a length [1/N]; 0 without shear.
-    """
-
-    length: float
-    EA: float
+    length: float  # [m]
+    EA: float  # rigidities [N], [N m^2]
     EIy: float
     EIz: float
     GJ: float
-    shear_y: float
+    shear_y: float  # shear compliance of a length [1/N]; 0 without shear
     shear_z: float
 
 

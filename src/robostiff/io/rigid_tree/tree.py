@@ -187,42 +187,22 @@ class Mimic:
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """A joint between a link and its child.
-
-    Attributes
-    ----------
-    name : str
-    type : JointType
-    parent, child : str
-        Names of the links.
-    before : Frame
-        Of the joint at coordinate zero, in the parent's frame.
-    axis : (3,) array
-        Of a revolute or prismatic joint, or the normal of a planar one, in the joint's frame.
-    after : Frame
-        Of the child, seen from the joint's frame once it has moved.
-    role : Passive, Actuated or Locked
-        Role in the description; a stiffness is that of its drive.
-    spring : float
-        Stiffness of a spring of the joint, beside its drive [N m/rad or N/m]; 0 for none.
-    inertia : float
-        Of the rotor of its drive, at the joint [kg m^2 or kg]; 0 for none.
-    home : float
-        Coordinate in the configuration in which the description draws it.
-    mimic : Mimic or None
-    """
+    """A joint between a link and its child."""
 
     name: str
     type: JointType
-    parent: str
+    parent: str  # names of the links
     child: str
-    before: Frame
+    before: Frame  # of the joint at coordinate zero, in the parent's frame
+    # (3,): of a revolute or prismatic joint, or normal of a planar one, in the joint's frame
     axis: np.ndarray
+    # of the child, seen from the joint's frame once it has moved
     after: Frame = field(default_factory=Frame.identity)
+    # in the description; a stiffness is that of its drive
     role: Role = field(default_factory=Actuated)
-    spring: float = 0.0
-    inertia: float = 0.0
-    home: float = 0.0
+    spring: float = 0.0  # stiffness of one beside its drive [N m/rad or N/m]; 0 for none
+    inertia: float = 0.0  # of the rotor of its drive, at the joint [kg m^2 or kg]; 0 for none
+    home: float = 0.0  # coordinate in the configuration in which the description draws it
     mimic: Mimic | None = None
 
     @property
@@ -237,38 +217,17 @@ class TreeJoint:
 
 @dataclass(frozen=True)
 class TreeLoop:
-    """A loop closure: frames on two links that coincide up to the motion of what is between them.
-
-    Attributes
-    ----------
-    name : str
-    links : (str, str)
-    frames : (Frame, Frame)
-        One in the frame of each link.
-    element : Joint, Link or None
-        A joint, a spring, or nothing for links that are welded.
-    """
+    """Frames on two links that coincide up to the motion of what is between them."""
 
     name: str
     links: tuple[str, str]
-    frames: tuple[Frame, Frame]
-    element: Joint | Link | None
+    frames: tuple[Frame, Frame]  # one in the frame of each link
+    element: Joint | Link | None  # a joint, a spring, or nothing for links that are welded
 
 
 @dataclass(frozen=True)
 class RigidTree:
     """Links connected to one root.
-
-    Attributes
-    ----------
-    name : str
-    file : str
-        For messages.
-    links : tuple of str
-    joints : tuple of TreeJoint
-    loops : tuple of TreeLoop
-    masses : mapping of str to Mass
-        Of links, in their frames.
 
     Raises
     ------
@@ -277,11 +236,11 @@ class RigidTree:
     """
 
     name: str
-    file: str
+    file: str  # for messages
     links: tuple[str, ...]
     joints: tuple[TreeJoint, ...]
     loops: tuple[TreeLoop, ...] = ()
-    masses: Mapping[str, Mass] = field(default_factory=dict)
+    masses: Mapping[str, Mass] = field(default_factory=dict)  # of links, in their frames
 
     def __post_init__(self) -> None:
         if len(self.links) > MOST_LINKS:
@@ -344,17 +303,10 @@ class RigidTree:
 
 @dataclass(frozen=True)
 class Reader:
-    """Reads descriptions of robots.
+    """Reads descriptions of robots."""
 
-    Attributes
-    ----------
-    kind : str
-        What is read, in words: ``"a model of MuJoCo"``.
-    read : callable
-        From a path, str or `Path`, or an object of another program, to its tree of rigid links.
-    """
-
-    kind: str
+    kind: str  # what is read, in words: ``"a model of MuJoCo"``
+    # from a path, str or `Path`, or an object of another program, to its tree of rigid links
     read: Callable[[Any], RigidTree]
 
 
