@@ -378,24 +378,16 @@ def _by(
 
 @dataclass(frozen=True)
 class SlenderBeam:
-    """What the compliance of a uniform beam is made of, in the theory of Euler and Bernoulli.
+    """What the compliance of a uniform beam is made of, in the theory of Euler and Bernoulli."""
 
-    Attributes
-    ----------
-    length, E, G, A, Iy, Iz, J : float or formula
-        See `beam_compliance`.
-    material : str
-        Its name.
-    """
-
-    length: Any
+    length: Any  # numbers or formulas, as of `beam_compliance`
     E: Any
     G: Any
     A: Any
     Iy: Any
     Iz: Any
     J: Any
-    material: str
+    material: str  # its name
 
     @classmethod
     def of(

@@ -37,29 +37,16 @@ class PlatformNode:
 
 @dataclass(frozen=True)
 class PlatformPart:
-    """A connection of two nodes: a beam, a spring, or a rigid member.
-
-    Attributes
-    ----------
-    name, a, b : str
-        Its own name, and those of the nodes.
-    point : (3,) array
-        About which its elasticity is given, in the platform frame [m]; for a beam, its end at b.
-    axes : (3, 3) array
-        Columns: its own axes in the platform frame.
-    elasticity : Elasticity
-        Of node b against node a; without compliance for a rigid member.
-    masses : tuple of Mass
-        Spread evenly from node a to node b.
-    """
+    """A connection of two nodes: a beam, a spring, or a rigid member."""
 
     name: str
-    a: str
+    a: str  # names of the nodes
     b: str
+    # (3,): about which its elasticity is given, in the platform frame [m]; of a beam its end at b
     point: np.ndarray
-    axes: np.ndarray
-    elasticity: Elasticity
-    masses: tuple[Mass, ...] = ()
+    axes: np.ndarray  # (3, 3): columns are its own axes in the platform frame
+    elasticity: Elasticity  # of node b against node a; without compliance for a rigid member
+    masses: tuple[Mass, ...] = ()  # spread evenly from node a to node b
 
 
 @dataclass(frozen=True)
@@ -218,23 +205,12 @@ def rigid_member(a: PlatformNode, b: PlatformNode, name: str = "rigid") -> Platf
 
 @dataclass(frozen=True)
 class PlacedPlatform(BatchedPart):
-    """A flexible platform in the world.
-
-    Attributes
-    ----------
-    platform : FlexiblePlatform
-    holds : tuple of str
-        The node that holds each leg.
-    rotation : (..., 3, 3) array
-        Columns: the axes of the platform frame.
-    origin : (..., 3) array
-        Its origin [m].
-    """
+    """A flexible platform in the world."""
 
     platform: FlexiblePlatform
-    holds: tuple[str, ...]
-    rotation: np.ndarray
-    origin: np.ndarray
+    holds: tuple[str, ...]  # the node that holds each leg
+    rotation: np.ndarray  # (..., 3, 3): columns are the axes of the platform frame
+    origin: np.ndarray  # (..., 3): of that frame [m]
 
     @property
     def masses(self) -> dict[str, tuple[PlacedMass, ...]]:

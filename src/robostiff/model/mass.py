@@ -247,30 +247,16 @@ class PointMass:
 
 @dataclass(frozen=True)
 class PlacedMass(BatchedPart):
-    """A mass in the world.
+    """A mass in the world."""
 
-    Attributes
-    ----------
-    name : str
-        Of its part.
-    value : (...) array
-        [kg].
-    centre : (..., 3) array
-        Where it is [m].
-    after : int
-        How many elements of its leg lie before the body that carries it; 0 in a network. It is
-        spread along, or carried by, the last of these where `start` is given.
-    start : (..., 3) array or None
-        Where the elastic part that carries it begins [m].
-    span : (float, float) or None
-        From which to which part of its length it is spread; None for a mass in one place.
-    """
-
-    name: str
-    value: np.ndarray
-    centre: np.ndarray
+    name: str  # of its part
+    value: np.ndarray  # (...) [kg]
+    centre: np.ndarray  # (..., 3): where it is [m]
+    # how many elements of its leg lie before the body that carries it; 0 in a network. It is spread
+    # along, or carried by, the last of these where `start` is given
     after: int = 0
-    start: np.ndarray | None = None
+    start: np.ndarray | None = None  # (..., 3): where the elastic part that carries it begins [m]
+    # from which to which part of its length it is spread; None for a mass in one place
     span: tuple[float, float] | None = None
 
     def lumped(self, parts: int, end: np.ndarray) -> list[PointMass]:

@@ -75,20 +75,12 @@ class CoupledFreedom(PlacedFreedom):
 
     Axis, point and pitch are those of the joint at its place; its `twist` is the sum of what it
     moves, the column ``J_q T``.
-
-    Attributes
-    ----------
-    joint : str
-        The joint at its place.
-    moves : tuple of (str, float or formula, Screw)
-        Joints that it moves, each with its motion for one of the coordinate: a column of T.
-    sum : tuple of (str, float or formula)
-        Joints whose sum it is, with their factors: a row of A. Of a coordinate that is a joint by
-        itself that joint alone.
     """
 
-    joint: str = ""
+    joint: str = ""  # the one at its place
+    # joints that it moves, each with its motion for one of the coordinate: a column of T
     moves: tuple[tuple[str, Any, Screw], ...] = ()
+    # joints whose sum it is, with their factors: a row of A; of a joint by itself that alone
     sum: tuple[tuple[str, Any], ...] = ()
 
     @property
@@ -132,13 +124,7 @@ class PlacedSpring(BatchedPart):
 
 @dataclass(frozen=True)
 class PlacedBlock(BatchedPart):
-    """Branches in parallel inside a leg; each runs from the body before them to the body after.
-
-    Attributes
-    ----------
-    name : str
-    branches : tuple of PlacedLeg
-    """
+    """Branches in parallel inside a leg; each runs from the body before them to the body after."""
 
     name: str
     branches: tuple[PlacedLeg, ...]
@@ -149,31 +135,16 @@ class PlacedBodySpring(BatchedPart):
     """A spring between points of two bodies, in the world.
 
     Its tension at the distance l is ``tension + stiffness (l - length)``.
-
-    Attributes
-    ----------
-    name : str
-    bodies : (str, str)
-        ``base``, ``platform``, or ``leg/part`` for the body behind that part.
-    points : two of (..., 3) arrays
-        Where it is held [m].
-    stiffness : float
-        [N/m].
-    length : float
-        [m].
-    tension : float
-        At that length; negative where it pushes [N].
-    is_cable : bool
-        Whether it only pulls, with that tension under gravity or not.
     """
 
     name: str
+    # ``base``, ``platform``, or ``leg/part`` for the body behind that part
     bodies: tuple[str, str]
-    points: tuple[np.ndarray, np.ndarray]
-    stiffness: float
-    length: float
-    tension: float = 0.0
-    is_cable: bool = False
+    points: tuple[np.ndarray, np.ndarray]  # two of (..., 3): where it is held [m]
+    stiffness: float  # [N/m]
+    length: float  # [m]
+    tension: float = 0.0  # at that length; negative where it pushes [N]
+    is_cable: bool = False  # whether it only pulls, with that tension under gravity or not
 
 
 PlacedElement = PlacedFreedom | PlacedSpring | PlacedBlock
