@@ -168,13 +168,13 @@ def _assembled(entries: dict[tuple[int, int], Any]) -> np.ndarray:
 class UniformBeam:
     """A uniform beam, known by its compliance: x along it, clamped at its start."""
 
-    length: float  # [m]
-    EA: float  # rigidities [N], [N m^2]
-    EIy: float
-    EIz: float
-    GJ: float
-    shear_y: float  # shear compliance of a length [1/N]; 0 without shear
-    shear_z: float
+    length: float  #: [m]
+    EA: float  #: [N]
+    EIy: float  #: [N m^2]
+    EIz: float  #: [N m^2]
+    GJ: float  #: [N m^2]
+    shear_y: float  #: shear compliance of a length [1/N]; 0 without shear
+    shear_z: float  #: likewise
 
 
 def uniform_beam(C: np.ndarray) -> UniformBeam | None:
@@ -378,16 +378,19 @@ def _by(
 
 @dataclass(frozen=True)
 class SlenderBeam:
-    """What the compliance of a uniform beam is made of, in the theory of Euler and Bernoulli."""
+    """What the compliance of a uniform beam is made of, in the theory of Euler and Bernoulli.
 
-    length: Any  # numbers or formulas, as of `beam_compliance`
+    Numbers or formulas, as `beam_compliance` takes them.
+    """
+
+    length: Any
     E: Any
     G: Any
     A: Any
     Iy: Any
     Iz: Any
     J: Any
-    material: str  # its name
+    material: str  #: its name
 
     @classmethod
     def of(

@@ -40,13 +40,13 @@ class PlatformPart:
     """A connection of two nodes: a beam, a spring, or a rigid member."""
 
     name: str
-    a: str  # names of the nodes
-    b: str
-    # (3,): about which its elasticity is given, in the platform frame [m]; of a beam its end at b
+    a: str  #: name of a node
+    b: str  #: and of the other
+    #: (3,): about which its elasticity is given, in the platform frame [m]; of a beam its end at b
     point: np.ndarray
-    axes: np.ndarray  # (3, 3): columns are its own axes in the platform frame
-    elasticity: Elasticity  # of node b against node a; without compliance for a rigid member
-    masses: tuple[Mass, ...] = ()  # spread evenly from node a to node b
+    axes: np.ndarray  #: (3, 3): columns are its own axes in the platform frame
+    elasticity: Elasticity  #: of node b against node a; without compliance for a rigid member
+    masses: tuple[Mass, ...] = ()  #: spread evenly from node a to node b
 
 
 @dataclass(frozen=True)
@@ -208,9 +208,9 @@ class PlacedPlatform(BatchedPart):
     """A flexible platform in the world."""
 
     platform: FlexiblePlatform
-    holds: tuple[str, ...]  # the node that holds each leg
-    rotation: np.ndarray  # (..., 3, 3): columns are the axes of the platform frame
-    origin: np.ndarray  # (..., 3): of that frame [m]
+    holds: tuple[str, ...]  #: the node that holds each leg
+    rotation: np.ndarray  #: (..., 3, 3): columns are the axes of the platform frame
+    origin: np.ndarray  #: (..., 3): of that frame [m]
 
     @property
     def masses(self) -> dict[str, tuple[PlacedMass, ...]]:

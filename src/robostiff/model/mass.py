@@ -249,14 +249,14 @@ class PointMass:
 class PlacedMass(BatchedPart):
     """A mass in the world."""
 
-    name: str  # of its part
-    value: np.ndarray  # (...) [kg]
-    centre: np.ndarray  # (..., 3): where it is [m]
-    # how many elements of its leg lie before the body that carries it; 0 in a network. It is spread
-    # along, or carried by, the last of these where `start` is given
+    name: str  #: of its part
+    value: np.ndarray  #: (...) [kg]
+    centre: np.ndarray  #: (..., 3): where it is [m]
+    #: how many elements of its leg lie before the body that carries it; 0 in a network. It is
+    #: spread along, or carried by, the last of these where `start` is given
     after: int = 0
-    start: np.ndarray | None = None  # (..., 3): where the elastic part that carries it begins [m]
-    # from which to which part of its length it is spread; None for a mass in one place
+    start: np.ndarray | None = None  #: (..., 3): where the elastic part that carries it begins [m]
+    #: from which to which part of its length it is spread; None for a mass in one place
     span: tuple[float, float] | None = None
 
     def lumped(self, parts: int, end: np.ndarray) -> list[PointMass]:

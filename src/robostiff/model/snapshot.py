@@ -77,10 +77,10 @@ class CoupledFreedom(PlacedFreedom):
     moves, the column ``J_q T``.
     """
 
-    joint: str = ""  # the one at its place
-    # joints that it moves, each with its motion for one of the coordinate: a column of T
+    joint: str = ""  #: the one at its place
+    #: joints that it moves, each with its motion for one of the coordinate: a column of T
     moves: tuple[tuple[str, Any, Screw], ...] = ()
-    # joints whose sum it is, with their factors: a row of A; of a joint by itself that alone
+    #: joints whose sum it is, with their factors: a row of A; of a joint by itself that alone
     sum: tuple[tuple[str, Any], ...] = ()
 
     @property
@@ -138,13 +138,13 @@ class PlacedBodySpring(BatchedPart):
     """
 
     name: str
-    # ``base``, ``platform``, or ``leg/part`` for the body behind that part
+    #: ``base``, ``platform``, or ``leg/part`` for the body behind that part
     bodies: tuple[str, str]
-    points: tuple[np.ndarray, np.ndarray]  # two of (..., 3): where it is held [m]
-    stiffness: float  # [N/m]
-    length: float  # [m]
-    tension: float = 0.0  # at that length; negative where it pushes [N]
-    is_cable: bool = False  # whether it only pulls, with that tension under gravity or not
+    points: tuple[np.ndarray, np.ndarray]  #: two of (..., 3): where it is held [m]
+    stiffness: float  #: [N/m]
+    length: float  #: [m]
+    tension: float = 0.0  #: at that length; negative where it pushes [N]
+    is_cable: bool = False  #: whether it only pulls, with that tension under gravity or not
 
 
 PlacedElement = PlacedFreedom | PlacedSpring | PlacedBlock

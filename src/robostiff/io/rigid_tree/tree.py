@@ -191,18 +191,18 @@ class TreeJoint:
 
     name: str
     type: JointType
-    parent: str  # names of the links
-    child: str
-    before: Frame  # of the joint at coordinate zero, in the parent's frame
-    # (3,): of a revolute or prismatic joint, or normal of a planar one, in the joint's frame
+    parent: str  #: name of a link
+    child: str  #: and of the one that it moves
+    before: Frame  #: of the joint at coordinate zero, in the parent's frame
+    #: (3,): of a revolute or prismatic joint, or normal of a planar one, in the joint's frame
     axis: np.ndarray
-    # of the child, seen from the joint's frame once it has moved
+    #: of the child, seen from the joint's frame once it has moved
     after: Frame = field(default_factory=Frame.identity)
-    # in the description; a stiffness is that of its drive
+    #: in the description; a stiffness is that of its drive
     role: Role = field(default_factory=Actuated)
-    spring: float = 0.0  # stiffness of one beside its drive [N m/rad or N/m]; 0 for none
-    inertia: float = 0.0  # of the rotor of its drive, at the joint [kg m^2 or kg]; 0 for none
-    home: float = 0.0  # coordinate in the configuration in which the description draws it
+    spring: float = 0.0  #: stiffness of one beside its drive [N m/rad or N/m]; 0 for none
+    inertia: float = 0.0  #: of the rotor of its drive, at the joint [kg m^2 or kg]; 0 for none
+    home: float = 0.0  #: coordinate in the configuration in which the description draws it
     mimic: Mimic | None = None
 
     @property
@@ -221,8 +221,8 @@ class TreeLoop:
 
     name: str
     links: tuple[str, str]
-    frames: tuple[Frame, Frame]  # one in the frame of each link
-    element: Joint | Link | None  # a joint, a spring, or nothing for links that are welded
+    frames: tuple[Frame, Frame]  #: one in the frame of each link
+    element: Joint | Link | None  #: a joint, a spring, or nothing for links that are welded
 
 
 @dataclass(frozen=True)
@@ -236,11 +236,11 @@ class RigidTree:
     """
 
     name: str
-    file: str  # for messages
+    file: str  #: for messages
     links: tuple[str, ...]
     joints: tuple[TreeJoint, ...]
     loops: tuple[TreeLoop, ...] = ()
-    masses: Mapping[str, Mass] = field(default_factory=dict)  # of links, in their frames
+    masses: Mapping[str, Mass] = field(default_factory=dict)  #: of links, in their frames
 
     def __post_init__(self) -> None:
         if len(self.links) > MOST_LINKS:
@@ -305,8 +305,8 @@ class RigidTree:
 class Reader:
     """Reads descriptions of robots."""
 
-    kind: str  # what is read, in words: ``"a model of MuJoCo"``
-    # from a path, str or `Path`, or an object of another program, to its tree of rigid links
+    kind: str  #: what is read, in words: ``"a model of MuJoCo"``
+    #: from a path, str or `Path`, or an object of another program, to its tree of rigid links
     read: Callable[[Any], RigidTree]
 
 
