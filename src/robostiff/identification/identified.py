@@ -59,21 +59,12 @@ class FitStatus(Flag):
 
 @dataclass(frozen=True)
 class CrossValidation:
-    """Errors at postures that a fit has not seen.
+    """Errors at postures that a fit has not seen."""
 
-    Attributes
-    ----------
-    errors : (N, 3) or (N, 6) array
-        Of readings, each by the fit to the other postures; not a number where none is read.
-    rms : float
-        Root of their mean square [m], of what is read of markers.
-    rms_of_fit : float
-        That of the fit to all postures [m].
-    """
-
+    #: (N, 3) or (N, 6): of readings, each by the fit to the other postures; NaN where none is read
     errors: np.ndarray
-    rms: float
-    rms_of_fit: float
+    rms: float  #: root of their mean square [m], of what is read of markers
+    rms_of_fit: float  #: that of the fit to all postures [m]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -103,23 +103,12 @@ class CoupledFreedom(PlacedFreedom):
 
 @dataclass(frozen=True)
 class PlacedSpring(BatchedPart):
-    """An elastic part in the world.
-
-    Attributes
-    ----------
-    name : str
-    point : (..., 3) array
-        Where its far end is [m].
-    rotation : (..., 3, 3) array
-        Columns: its own axes.
-    elasticity : Elasticity
-        About its far end, in its own axes; the compliance may have batch axes.
-    """
+    """An elastic part in the world."""
 
     name: str
-    point: np.ndarray
-    rotation: np.ndarray
-    elasticity: Elasticity
+    point: np.ndarray  #: (..., 3): where its far end is [m]
+    rotation: np.ndarray  #: (..., 3, 3): columns are its own axes
+    elasticity: Elasticity  #: about its far end, in its own axes; it may have batch axes
 
 
 @dataclass(frozen=True)

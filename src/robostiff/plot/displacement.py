@@ -19,18 +19,10 @@ from robostiff.statics import BodyPlaces
 
 @dataclass(frozen=True)
 class BodyMotion:
-    """A motion by which a point X of a body moves by ``D X + t``, small or far.
+    """A motion by which a point X of a body moves by ``D X + t``, small or far."""
 
-    Attributes
-    ----------
-    D : (3, 3) array
-        What turns: ``R - 1`` for a rotation R, and its first order for a small one.
-    t : (3,) array
-        Displacement of the origin [m].
-    """
-
-    D: np.ndarray
-    t: np.ndarray
+    D: np.ndarray  #: (3, 3): ``R - 1`` for a rotation R, and its first order for a small one
+    t: np.ndarray  #: (3,): displacement of the origin [m]
 
     def displacement(self, point: np.ndarray) -> np.ndarray:
         """Displacement of a point (3,) of the body [m]."""

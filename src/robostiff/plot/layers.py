@@ -42,30 +42,14 @@ _LARGEST = 1.0  # of the robot: the longest semi-axis anywhere
 
 @dataclass(frozen=True)
 class Layers:
-    """A machine under a load as it is drawn, layer by layer.
+    """A machine under a load as it is drawn, layer by layer."""
 
-    Attributes
-    ----------
-    items : mapping of str to sequence of Item
-        Of the layers that were chosen, in metres.
-    notes : tuple of str
-        What they show, a sentence each.
-    colours : mapping of str to Paint
-        Of parts by their names; empty where colours mean nothing.
-    size : float
-        Length of the machine [m].
-    box : (array, array)
-        Corners (3,) of the machine without load [m].
-    scales : mapping of Quality to float
-        Of ellipsoids: metres of a semi-axis to a unit of its quantity.
-    """
-
-    items: Mapping[str, Sequence[Item]]
-    notes: tuple[str, ...]
-    colours: Mapping[str, Paint]
-    size: float
-    box: tuple[np.ndarray, np.ndarray]
-    scales: Mapping[Quality, float]
+    items: Mapping[str, Sequence[Item]]  #: of the layers that were chosen, in metres
+    notes: tuple[str, ...]  #: what they show, a sentence each
+    colours: Mapping[str, Paint]  #: of parts by their names; empty where colours mean nothing
+    size: float  #: length of the machine [m]
+    box: tuple[np.ndarray, np.ndarray]  #: corners (3,) of the machine without load [m]
+    scales: Mapping[Quality, float]  #: of ellipsoids: metres of a semi-axis to a unit of a quantity
 
 
 def layers_of(

@@ -100,27 +100,16 @@ NO_TITLE_BLOCK = TitleBlock()
 
 @dataclass(frozen=True)
 class DescribedBy:
-    """The files that describe a robot, as they were when the report was written.
+    """The files that describe a robot, as they were when the report was written."""
 
-    Attributes
-    ----------
-    name : str
-        Of the first file.
-    text : str
-        What it says.
-    files : mapping of str to str
-        Names of all files that were read for the robot, the first among them, and the SHA-256 of
-        each, by which a file is recognised.
-    parameters : mapping of str to value
-        As they are written in the first.
-    changed : mapping of str to value
-        Other values for some of them, with which the robot was computed.
-    """
-
-    name: str
-    text: str
+    name: str  #: of the first file
+    text: str  #: what it says
+    #: names of all files that were read for the robot, the first among them, and the SHA-256 of
+    #: each, by which a file is recognised
     files: Mapping[str, str] = field(default_factory=dict)
+    #: as they are written in the first
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    #: other values for some of them, with which the robot was computed
     changed: Mapping[str, Any] = field(default_factory=dict)
 
 
