@@ -12,8 +12,8 @@ from typing import Any
 
 from robostiff.errors import Words
 
-#: subject, what came, what was expected, hint
-Phrase = tuple[str, Any, str | None, str | None]
+#: what came, what was expected, subject, hint
+Phrase = tuple[Any, str | None, str, str | None]
 
 
 def shown(value: Any) -> Any:
@@ -75,7 +75,7 @@ def phrase(
         exactly = exactly or context.get("field_type") == "Tuple"
         wanted = values(context[key])
         expected = wanted if exactly else f"{words} {wanted}"
-        return "wrong length", Words(values(len(value))), expected, None
+        return Words(values(len(value))), expected, "wrong length", None
     if kind not in _EXPECTED:
         return None
     expected = _EXPECTED[kind].format_map(context)
@@ -88,7 +88,7 @@ def phrase(
         with suppress(ValueError):
             float(value)
             hint = "write it without quotes"
-    return "wrong value", shown(value), expected, hint
+    return shown(value), expected, "wrong value", hint
 
 
 def values(number: int) -> str:

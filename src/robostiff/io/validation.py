@@ -123,13 +123,13 @@ class Rank(IntEnum):
 class Problem:
     """A mistake and its location."""
 
-    rank: Rank
     path: tuple[Step, ...]  # from the top of what was validated
     # as in `InputError`
-    subject: str
     got: Any = None
     expected: str | None = None
+    subject: str = "wrong value"
     hint: str | None = None
+    rank: Rank = Rank.WRONG_VALUE
     meant: tuple[Step, ...] | None = None  # path of the key that a misspelt key was meant to be
     location: Location | None = None  # where a validator of the model found it
 
@@ -166,11 +166,10 @@ def _problem(details: Mapping[str, Any], model: type[BaseModel], data: Any) -> P
         return _unknown_word(value, [str(word) for word in allowed], path)
     cause = context.get("error")
     if isinstance(cause, InputError):  # of a validator of the model: it keeps its words
-        parts = cause.subject, cause.got, cause.expected, cause.hint
-        return Problem(Rank.WRONG_VALUE, path, *parts, location=getattr(cause, "location", None))
+        parts = cause.got, cause.expected, cause.subject, cause.hint
+        return Problem(path, *parts, location=getattr(cause, "location", None))
     words = phrase(kind, value, context, metadata)
-    words = words or (str(cause or details["msg"]), shown(value), None, None)
-    return Problem(Rank.WRONG_VALUE, path, *words)
+    return Problem(path, *(words or (shown(value), None, str(cause or details["msg"]), None)))
 
 
 def _problem_of_key(
@@ -185,45 +184,35 @@ def _problem_of_key(
         allowed = [field.alias or name for name, field in required_first]
         meant = nearest(str(key), [word for word in allowed if word not in present])
         return Problem(
-            Rank.UNKNOWN_KEY,
             path,
-            "unknown key",
             expected=_one_of(allowed) if allowed else "no key here",
+            subject="unknown key",
             hint=f"did you mean {meant}?" if meant else None,
+            rank=Rank.UNKNOWN_KEY,
             meant=(*parent, meant) if meant else None,
         )
     if isinstance(key, int):
         came, wanted = len(value), len(get_args(container))
-        return _wrong(tuple(parent), Words(values(came)), values(wanted), "wrong length")
+        return Problem(tuple(parent), Words(values(came)), values(wanted), "wrong length")
     words = [field.description for name, field in fields if key in (name, field.alias)]
     hint = f"{key} is {words[0]}" if words and words[0] else None
-    return Problem(Rank.MISSING_KEY, path, "missing key", hint=hint)
+    return Problem(path, None, None, "missing key", hint, Rank.MISSING_KEY)
 
 
 def _problem_of_tag(value: Any, name: str, path: tuple[Step, ...], annotation: Any) -> Problem:
     """A mapping without the word that says of which kind it is, or with another word."""
     if not isinstance(value, dict):
-        return _wrong(path, shown(value), "a mapping")
+        return Problem(path, shown(value), "a mapping")
     allowed, key = list(tags(annotation, name)), (*path, name)
     if name in value:
         return _unknown_word(value[name], allowed, key)
-    return Problem(Rank.MISSING_KEY, key, "missing key", expected=_one_of(allowed))
+    return Problem(key, None, _one_of(allowed), "missing key", rank=Rank.MISSING_KEY)
 
 
 def _unknown_word(value: Any, words: list[str], path: tuple[Step, ...]) -> Problem:
     expected = " or ".join(map(repr, words)) if len(words) <= 3 else _one_of(words)
     hint = did_you_mean(value, words) if isinstance(value, str) else None
-    return _wrong(path, shown(value), expected, "unknown word", hint)
-
-
-def _wrong(
-    path: tuple[Step, ...],
-    got: Any,
-    expected: str | None,
-    subject: str = "wrong value",
-    hint: str | None = None,
-) -> Problem:
-    return Problem(Rank.WRONG_VALUE, path, subject, got, expected, hint)
+    return Problem(path, shown(value), expected, "unknown word", hint)
 
 
 def _one_of(words: list[str]) -> str:
