@@ -71,26 +71,15 @@ def read_table(
     path: str | os.PathLike[str],
     units: Mapping[str, str],
     what: str,
-    *,
     others: OtherColumns = OtherColumns.REFUSED,
-    words: Collection[str] = (),
-    may_miss: Collection[str] = (),
 ) -> CsvTable:
-    """Read the columns with these names and SI units; a line is a `what`.
-
-    Tabs, semicolons or commas separate. Empty lines and lines that begin with ``#`` are passed
-    over; `others` says what columns of other names are. Unless these are refused, units must be
-    given, and decimals behind semicolons may have commas. Columns of `words` have no numbers;
-    fields of columns that `may_miss` them are not a number where empty.
-
-    Raises FileError with line and column of what cannot be read.
-    """
+    """`table_of` a file in UTF-8."""
     content = bounded_bytes(path, _MOST_BYTES, "a CSV file")
     try:
         lines = tuple(content.decode("utf-8-sig").splitlines())
     except UnicodeDecodeError:
         raise FileError(Location(str(path)), "text", got="other bytes", expected="UTF-8") from None
-    return table_of(str(path), lines, units, what, others=others, words=words, may_miss=may_miss)
+    return table_of(str(path), lines, units, what, others=others)
 
 
 def table_of(
@@ -105,9 +94,15 @@ def table_of(
     not_here: Collection[str] = (),
     first: int = 1,
 ) -> CsvTable:
-    """The same of the lines of a file with this name; `first` is the number of the first one.
+    """Columns with these names and SI units, of the lines of a file with a name; one is a `what`.
 
-    Names that are `not_here` are no slips: another file has them.
+    Tabs, semicolons or commas separate. Empty lines and lines that begin with ``#`` are passed
+    over; `others` says what columns of other names are. Unless these are refused, units must be
+    given, and decimals behind semicolons may have commas. Columns of `words` have no numbers;
+    fields of columns that `may_miss` them are not a number where empty. Names that are `not_here`
+    are no slips: another file has them. `first` is the number of the first line.
+
+    Raises FileError with line and column of what cannot be read.
     """
     numbered = [k for k, line in enumerate(lines) if line.strip() and line.lstrip()[0] != "#"]
     if len(numbered) < 2:
