@@ -120,16 +120,8 @@ class FlexiblePlatform:
     def node_of(self, name: str | None, point: np.ndarray) -> str:
         """The node that holds a leg: that of the name, or where none is given the one at a point.
 
-        Parameters
-        ----------
-        name : str or None
-        point : (3,) array
-            In the platform frame [m].
-
-        Raises
-        ------
-        InputError
-            When there is none, or more than one.
+        The point (3,) is in the platform frame [m]. Raises InputError when there is none, or more
+        than one.
         """
         if name is not None:
             names = [node.name for node in self.nodes]

@@ -210,13 +210,7 @@ class Robot(Symbolic, Subject):
         return tuple(self.platform.node_of(leg.node, leg.attachment.p) for leg in self.legs)
 
     def check_platform_is_rigid(self, subject: str) -> None:
-        """Raise an InputError if the platform is flexible and a rigid one is required.
-
-        Parameters
-        ----------
-        subject : str
-            The result that needs a rigid platform, such as ``formula``.
-        """
+        """Raise an InputError if a `subject`, such as ``formula``, needs a rigid platform."""
         if self.platform is not None:
             raise InputError(
                 f"{subject} of {self.name!r}",
@@ -226,13 +220,7 @@ class Robot(Symbolic, Subject):
             )
 
     def check_has_no_springs(self, subject: str) -> None:
-        """Raise an InputError if springs between bodies would be left out.
-
-        Parameters
-        ----------
-        subject : str
-            The result that does not have them, such as ``kernel``.
-        """
+        """Raise an InputError if a `subject`, such as ``kernel``, would leave out its springs."""
         refuse_springs(self.name, self.springs, subject)
 
     def with_springs(self, springs: Sequence[BodySpring] = ()) -> Robot:

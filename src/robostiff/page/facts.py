@@ -82,13 +82,9 @@ def leg_table(machine: Any) -> Table | None:
 
 
 def facts_page(facts: Mapping[str, Any]) -> Page:
-    """All parts of a robot, its masses, and its stiffness at home.
+    """All parts of a robot, its masses, and its stiffness at home, of facts as `facts_of` has them.
 
-    Parameters
-    ----------
-    facts : mapping of str to values
-        As of `facts_of`; besides ``mobility``, ``parts``, ``warnings`` and ``picture`` where they
-        are known.
+    Besides ``mobility``, ``parts``, ``warnings`` and ``picture`` where they are known.
     """
     blocks: list[Block] = [Bullets(tuple(_fact_lines(facts)))]
     home, mobility, lines = facts["home"], facts.get("mobility"), []

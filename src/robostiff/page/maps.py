@@ -17,13 +17,7 @@ _LARGEST = 2**28  # bytes of a variable that is looked through for its extremes
 
 
 def map_page(dataset: xarray.Dataset) -> Page:
-    """How many poses are reachable, their statuses, and where quantities are least and greatest.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        Of `stiffness_map`.
-    """
+    """How many poses are reachable, their statuses, and where quantities are least and greatest."""
     counts = ("poses", "poses_computed", "poses_reachable", "poses_guarded")
     facts: dict[str, Any] = {name: int(dataset.attrs[name]) for name in counts}
     facts["statuses"] = json.loads(dataset.attrs["statuses"])

@@ -50,12 +50,8 @@ def end_key(snapshot: Snapshot, i: int) -> str:
 def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
     """Motions of the bodies at the single pose that was loaded, of a deflection.
 
-    The robot is the network of its parts; a body that can move alone keeps its place.
-
-    Raises
-    ------
-    NoAnswerError
-        When there is no deflection.
+    The robot is the network of its parts; a body that can move alone keeps its place. Raises
+    NoAnswerError when there is no deflection.
 
     Examples
     --------

@@ -335,18 +335,10 @@ def of_cables(
     space: Space,
     tensions: np.ndarray | None = None,
 ) -> Outline:
-    """The outline of a cable robot.
+    """The outline of a cable robot, whose reference point is at a point (3,) [m].
 
-    Parameters
-    ----------
-    names : sequence of m str
-    ends : (m, 3) array, (m, 3) array
-        Where the cables leave the base, and where they hold the platform [m].
-    point : (3,) array
-        The reference point of the platform [m].
-    space : Space
-    tensions : (m,) array, optional
-        Of the cables [N]: those without any are dashed.
+    `ends` are where the cables leave the base and where they hold the platform (m, 3) [m]; those
+    without any of `tensions` (m,) are dashed.
     """
     exits, attachments = ends
     plates = []

@@ -336,12 +336,8 @@ Machine = Robot | Snapshot | Network | Linkage | CableRobot | CableStiffness
 def placed(machine: Machine, pose: Any = None, near: Near = None) -> Posed:
     """A machine at a single pose, in the posture nearest to some joint coordinates.
 
-    Raises
-    ------
-    InputError
-        When it is no machine, or the pose does not fit it.
-    NoAnswerError
-        When the pose is out of reach.
+    Raises InputError when it is no machine, or the pose does not fit it, NoAnswerError when the
+    pose is out of reach.
     """
     if isinstance(machine, CableStiffness):
         return machine
