@@ -38,10 +38,7 @@ from robostiff.statics.kernels.leg import (
     RecordedLegs,
     Site,
     frame_of,
-    marked,
-    marked_bodies,
     placed_springs,
-    unmarked,
 )
 from robostiff.statics.kernels.strut import (
     Buckling,
@@ -73,6 +70,7 @@ _ARRIVED = 1e-11
 _PART, _ROUNDING = "part of the last step", 1e-18
 #: Inputs: the sum of ``h f^T`` over forces f at hooks h, in platform axes and world axes [N m].
 HOOKS = tuple(f"hook_{a}{b}" for a in "xyz" for b in "xyz")
+_WORLD = np.eye(3), np.zeros(3)
 #: What a step hands to the next, and what the first finds.
 HANDED = BEFORE_FIRST | {_PART: HALF**2}
 
@@ -375,10 +373,8 @@ def record_loading(
     """
     gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
     springs = finder.robot.springs
-    weigh, names = bool(np.any(gravity)), {*(standing.loads or {}), *dict(sites)}
-    mark = partial(marked, bodies=marked_bodies(springs, names), weigh=weigh)
-    here = RobotOnEntries.of(robot, finder, by_pose=by_pose, changed=mark)
-    here, frames = unmarked(here, mark, weigh=weigh)
+    weigh = bool(np.any(gravity))
+    here = RobotOnEntries.of(robot, finder, by_pose=by_pose, weighs=weigh)
     record, unloaded = here.record, here.recorded
     random, count = np.random.default_rng(7), record.count
     # Some samples are without load: what vanishes there is no pivot.
@@ -397,10 +393,12 @@ def record_loading(
     names_of_forces = (f"force{k}_{a}" for k in range(len(sites)) for a in "xyz")  # world axes [N]
     given = [record.add_input(name, small(force)) for name in names_of_forces]
     inputs, L, reference = record.inputs, finder.length, here.reference
-    frames = {PLATFORM: (here.pose.R, here.pose.p), BASE: (np.eye(3), np.zeros(3)), **frames}
+    frames = {PLATFORM: lambda: (here.pose.R, here.pose.p), BASE: lambda: _WORLD}
+    for formula in here.placed:
+        frames |= {f"{formula.leg.name}/{name}": own for name, (own, _) in formula.bodies.items()}
     forces = given_forces(standing.loads, gravity, robot.space, partial(frame_of, frames))
     for k, (body, at) in enumerate(sites):
-        R, p = frame_of(frames, body) or (np.eye(3), np.zeros(3))  # no body is refused later
+        R, p = frame_of(frames, body) or _WORLD  # no body is refused later
         at_site = DeadForce(np.array(given[3 * k : 3 * k + 3], dtype=object), p + R @ at)
         forces[body] = (*forces.get(body, ()), at_site)
     acting = [*forces.pop(PLATFORM, ())]
