@@ -61,15 +61,6 @@ class RodForm(LegForm):
         """Whether the joint at the far end turns the rod about itself."""
         return not self.B.is_ball and (self.spin is not None or self.A.is_ball)
 
-    @cached_property
-    def home_of_ball(self) -> np.ndarray:
-        """Rotation of the spherical joint at A in the home configuration (3, 3)."""
-        axes = np.stack(self.A.axes, axis=-1)
-        home = np.array([self.home[place] for place in self.A.places], dtype=object)
-        if all(map(is_zero, home)):
-            return np.eye(3, dtype=int)
-        return axes @ turn_by_vector_of_entries(home) @ axes.T
-
 
 @dataclass(frozen=True)
 class Strut(RodForm):
@@ -381,7 +372,10 @@ class _RodNow:
         form, d = self.form, self.d
         axes = form.along, form.side, cross_of_entries(form.along, form.side)
         if form.spin_matters or form.turned_by_second:
-            R_home = form.home_of_ball
+            R_home, ball = np.eye(3, dtype=int), np.stack(form.A.axes, axis=-1)
+            home = np.array([form.home[place] for place in form.A.places], dtype=object)
+            if not all(map(is_zero, home)):
+                R_home = ball @ turn_by_vector_of_entries(home) @ ball.T
             if self.near.is_at_poses:
                 R_home = R_home.astype(float)
             start, *sides = (self.near.direction(v @ R_home.T) for v in axes)

@@ -26,18 +26,6 @@ _SLOPES, _SHEARED = (1 / 42, -(5**0.5) / 420, 1 / 154), (60.0, 36 * 5**0.5, 360.
 _WITH_TURN, _ENDS = (-(5**0.5) / 60, 0.0), (5**0.5, 3.0)
 
 
-def bending_planes(space: Space, rotation: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Planes in which a beam bends: unit vectors across it and along its turns, in its own axes.
-
-    Two of a robot in space, the plane itself of a planar one; `rotation` (3, 3) has the axes of the
-    beam, of numbers or of entries.
-    """
-    x, y, z = np.eye(3, dtype=int)
-    if space is Space.SPATIAL:
-        return [(y, z), (z, -y)]
-    return [(cross(rotation[2], x), rotation[2])]
-
-
 def bending(
     V: np.ndarray,
     C: np.ndarray,
@@ -66,7 +54,8 @@ def bending(
     L : number or entry
         Length [m].
     planes : sequence of pairs of (3,) arrays
-        See `bending_planes`.
+        In which it bends: unit vectors across it and along its turns, own axes. Two of a robot in
+        space, the plane itself of a planar one.
     inner : bool
         Whether it has inner modes.
 
@@ -295,10 +284,18 @@ def elastic_element(
     """
     C, free = softness
     axial, part, planes = 0, 0, []
+    x, y, z = np.eye(3, dtype=int)
     if length is not None:
-        axial, part, planes = parts / C[0, 0], length / parts, bending_planes(space, rotation)
+        axial, part, planes = parts / C[0, 0], length / parts, [(y, z), (z, -y)]
         C = part_of_beam(C, length, parts)
-    motions, C_in, free = among_motions(space, rotation, C, free)
+    motions, C_in = np.eye(6, dtype=int).astype(C.dtype), C
+    if space is Space.PLANAR:  # motions of the plane, in world axes
+        if planes:
+            planes = [(cross(rotation[2], x), rotation[2])]
+        rows, world = list(space.rows), np.zeros((6, 6), dtype=int).astype(C.dtype)
+        world[:3, :3] = world[3:, 3:] = rotation
+        free = (world @ free)[rows] if free.size else np.zeros((len(rows), 0), dtype=C.dtype)
+        motions, C_in = world.T[:, rows], (world @ C @ world.T)[np.ix_(rows, rows)]
     modes, k = modes_of(C_in, free)
     V, nowhere = motions @ modes, np.zeros(3, dtype=int).astype(C.dtype)
     bent = bending(V, C, part, planes, inner=inner)
@@ -322,19 +319,3 @@ def in_series(
     x = rotation[:, 0] * length
     nearer = [replace(element, point=point + x * ((i + 1) / parts - 1)) for i in range(parts - 1)]
     return [*nearer, element]
-
-
-def among_motions(
-    space: Space, rotation: np.ndarray, C: np.ndarray, free: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Motions of a space in the axes of an elastic part (6, r); compliance and freedoms in them.
-
-    Of a planar robot in world axes; of numbers or of entries.
-    """
-    if space is Space.SPATIAL:
-        return np.eye(6, dtype=int).astype(C.dtype), C, free
-    rows = list(space.rows)
-    world = np.zeros((6, 6), dtype=int).astype(C.dtype)
-    world[:3, :3] = world[3:, 3:] = rotation
-    inside = (world @ free)[rows] if free.size else np.zeros((len(rows), 0), dtype=C.dtype)
-    return world.T[:, rows], (world @ C @ world.T)[np.ix_(rows, rows)], inside
