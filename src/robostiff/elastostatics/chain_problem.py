@@ -69,7 +69,7 @@ class ChainProblem:
         part = blocks / np.where(whole > 0, whole, 1.0)
         part = np.min(np.where(carried > self.tolerance.rounding, part, 1.0), axis=-1)
         near = np.any(~self.redundant & (self.margins**2 < _NINE_DIGITS), axis=-1)
-        return (regularity * part < _NINE_DIGITS) | near
+        return np.asarray((regularity * part < _NINE_DIGITS) | near)
 
     @property
     def dependent(self) -> np.ndarray:

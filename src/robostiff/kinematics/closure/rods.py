@@ -26,7 +26,6 @@ from robostiff.kinematics.closure.body import (
     positive_part,
     quotient,
     rest_of_directions,
-    root,
     shortest_turn_of,
     spun,
     tidied,
@@ -76,7 +75,7 @@ class Strut(RodForm):
         A, B, place = self.A, self.B, self.slide.place
         A_now, B_now = base.point(A.point), self.named(platform.point(B.point), "B")
         A_to_B = B_now - A_now
-        length = self.named(root(dot(A_to_B, A_to_B)) * self.mode.root, "L")
+        length = self.named(square_root(dot(A_to_B, A_to_B)) * self.mode.root, "L")
         d = self.named(quotient(A_to_B, length), "d")
         rod = _RodNow(self, base, platform, d, A_now, B_now).closed
         (fixed,) = tidied_point(np.array([self.along @ (B.point - A.point)], dtype=object))
@@ -150,7 +149,7 @@ class Rod(RodForm):
             along = dot(e, to_B)
             across = to_B - e * along
             left = square - dot(across, across)
-            half = root(positive_part(left)) * sign
+            half = square_root(positive_part(left)) * sign
             s = along + half
             A_now = start + e * s
             carrier, rod = base.at(A.point, A_now), across - e * half
@@ -169,7 +168,7 @@ class Rod(RodForm):
             if at_poses:  # out of reach, as far as it goes
                 c = np.clip(c, -np.sqrt(size), np.sqrt(size))
             left = size - c * c
-            half = root(positive_part(left)) * sign
+            half = square_root(positive_part(left)) * sign
             cosine, sine = quotient(x * c - y * half, size), quotient(y * c + x * half, size)
             if at_poses:  # about the far end of its rod it may turn, and stays
                 cosine = np.where(size == 0, 1.0, cosine)
