@@ -14,15 +14,7 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
 from robostiff.model import PlacedMass, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
-from robostiff.record import (
-    Entry,
-    Program,
-    derivatives_along,
-    is_zero,
-    least,
-    reciprocal,
-    usual_size,
-)
+from robostiff.record import Entry, Program, derivatives_along, is_zero, least
 from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
@@ -43,11 +35,9 @@ from robostiff.statics.kernels.leg import (
 from robostiff.statics.kernels.strut import (
     Buckling,
     RecordedStrut,
-    StrutForces,
     add_struts,
     buckling_of,
     recorded_struts,
-    turning_forces,
 )
 from robostiff.statics.loading.assembly import of_legs
 from robostiff.statics.loading.given_loads import (
@@ -90,7 +80,6 @@ class _Equations:
     right: list[Any]
     legs: LegEquations
     buckling: list[Any]
-    struts: StrutForces | None
 
     @cached_property
     def factored(self) -> Factored:
@@ -129,13 +118,8 @@ class LoadedRobot:
         """Its unknowns without load."""
         return self.platform.start | self.legs.start
 
-    def equations(
-        self, values: Mapping[str, Any], forces: Sequence[Any] | None = None, share: int = 1
-    ) -> _Equations:
-        """At a state; `forces` are those of struts that turn with them, see `add_struts`.
-
-        Dead forces and preloads act, or, at the share 0, do not: springs are relaxed.
-        """
+    def equations(self, values: Mapping[str, Any], share: int = 1) -> _Equations:
+        """At a state; at the share 0 no dead force and no preload acts, and springs are relaxed."""
         rows, twist = list(self.space.rows), self.legs.twist
         elimination = SymmetricElimination()
         for name in twist:
@@ -144,11 +128,11 @@ class LoadedRobot:
             elimination.add_right(name, force)
         body = self.platform.moved(values)
         legs, moment = self.legs.add_to(elimination, values, body, share)
-        buckling, terms = [], None
+        buckling = []
         if self.struts:
-            terms = add_struts(elimination, twist, [*self.struts.values()], body, forces)
-            moment = moment + terms.moment
-            for number, t, length in zip(self.struts, terms.t, terms.lengths, strict=True):
+            more, carried = add_struts(elimination, twist, [*self.struts.values()], body)
+            moment = moment + more
+            for number, (t, length) in zip(self.struts, carried, strict=True):
                 buckling += self.buckling[number].checks(t, length, SAFE)
         acting, turning = (x * share for x in self.dead.acting(body.R))
         moment = moment - acting[3:]
@@ -162,50 +146,16 @@ class LoadedRobot:
         K_total = {(i, j): entry - turning[rows[i], rows[j]] for (i, j), entry in K.items()}
         right = [elimination.right[name] for name in twist]
         A = _antisymmetric(moment)[np.ix_(rows, rows)]
-        return _Equations(elimination, K, K_total, A, right, legs, buckling, terms)
+        return _Equations(elimination, K, K_total, A, right, legs, buckling)
 
     def first(self, values: Mapping[str, Any]) -> list[Any]:
-        """The state after the first step, the linear answer; of struts after three more.
-
-        Under the forces of the linear answer the unloaded posture is stiffer or softer: steps that
-        begin with it come closer. The last has the stiffness of the one before.
-        """
+        """The state after the first step, the linear answer."""
         values = {**values, **self.start, **HANDED}
         at = self.equations(values)
-        K, right = self.unloaded.K, self.wrench
+        twist = self.unloaded.factors.solved(self.wrench)
         if self.stands:
-            K, right = at.K_total, at.right
-            twist = at.factored.solved(right)
-        else:
-            twist = self.unloaded.factors.solved(right)
-        struts = [*self.struts.values()]
-        if not struts:
-            return self.step(values, at, twist, falls=False)
-        forces = [strut.first_force(np.array(twist, dtype=object)) for strut in struts]
-        # with forces in the struts, which turn, and stretch them alike
-        s = [f * reciprocal(strut.length) for strut, f in zip(struts, forces, strict=True)]
-        softer = reduce(add, s) * reciprocal(reduce(add, (strut.stiffness for strut in struts)))
-        of_forces, moment = turning_forces(struts, self.platform.moved(self.start), s)
-        rows = self.space.rows
-        stretched = {
-            (i, j): entry - entry * softer + of_forces.get((rows[i], rows[j]), 0)
-            for (i, j), entry in K.items()
-        }
-        factored = Factored.of(stretched, _antisymmetric(moment)[np.ix_(rows, rows)])
-        twist = factored.solved(right)
-        forces = [strut.first_force(np.array(twist, dtype=object)) for strut in struts]
-        after = self.step(values, at, twist, falls=False, checks=factored.pivots)
-        for forces_that_turn in (True, True, False):
-            values |= zip((*self.start, *HANDED), after, strict=True)
-            at = self.equations(values, forces if forces_that_turn else None)
-            factored = at.factored if forces_that_turn else factored
-            twist = factored.solved(at.right)
-            after = self.step(values, at, twist, falls=False)
-            if at.struts:  # to first order
-                after_twist = np.array(twist, dtype=object)
-                each = zip(at.struts.t, at.struts.rates, strict=True)
-                forces = [t + (g @ after_twist) * k for t, (k, g) in each]
-        return after
+            twist = at.factored.solved(at.right)
+        return self.step(values, at, twist, falls=False)
 
     def sizes(self, twist: Sequence[Any]) -> list[Any]:
         """A twist in radians, shifts by the length."""
@@ -215,18 +165,11 @@ class LoadedRobot:
         ]
 
     def step(
-        self,
-        values: Mapping[str, Any],
-        at: _Equations,
-        twist: list[Any],
-        *,
-        falls: bool = True,
-        checks: Sequence[Any] = (),
+        self, values: Mapping[str, Any], at: _Equations, twist: list[Any], *, falls: bool = True
     ) -> list[Any]:
         """The state after a step, in the order of `start`; size, contraction, and what may follow.
 
-        `falls`: whether it is one of Newton's, of which each has to be a smaller part than before;
-        `checks` have to be positive.
+        `falls`: whether it is one of Newton's, of which each has to be a smaller part than before.
         """
         full = np.zeros(6, dtype=int).astype(object)
         full[list(self.space.rows)] = twist
@@ -238,8 +181,6 @@ class LoadedRobot:
         moved += motion
         size = reduce(add, (x * x for x in moved if not is_zero(x)))
         (size, margin), part = handed_on(values, size, values[_PART]), HALF**2
-        parts = (x * (1 / usual_size(x)) for x in checks if isinstance(x, Entry))
-        margin = reduce(least, parts, margin)
         if falls:
             of_last = size / (values[LAST] + _ROUNDING)
             part = least(values[_PART], of_last * FALLS**2 + LITTLE**2)
@@ -467,7 +408,6 @@ def record_loading(
         start=start,
         step=Program.of(record, loaded.step(values, at, at.factored.solved(at.right))),
         arrival=Program.of(record, loaded.arrival(values, at)),
-        first_steps=4 if struts else 1,
         first=Program.of(record, loaded.first(values)),
         has_arms=loaded.has_arms,
         drives=tuple(legs.drives) if drives else (),
