@@ -32,7 +32,7 @@ _CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
 
 @dataclass(frozen=True)
 class StepCodes:
-    """Steps one by one: the first one, one from what the last handed on, and what follows them."""
+    """Steps one by one: the first ones, one from what the last handed on, and what follows them."""
 
     first: Code
     step: Code
@@ -55,6 +55,7 @@ class ClosedCode:
     home: tuple[float, ...]
     state: tuple[float, ...]  # what the first step begins with: the unknowns, and what is handed on
     unknowns: int  # how many there are
+    first_steps: int  # how many steps the first program takes
     steps: int  # how many are usually enough
     most_steps: int
     # The usual number of steps and the program in one; None where that is too long
@@ -83,6 +84,7 @@ class ClosedCode:
             home=home,
             state=tuple(closure.state.values()),
             unknowns=len(closure.start),
+            first_steps=closure.first_steps,
             steps=closure.steps,
             most_steps=closure.most_steps,
             whole=code(whole) if is_short and whole else None,
@@ -105,7 +107,7 @@ class ClosedCode:
         """Number of operations a pose takes, with the usual number of steps."""
         if self.whole is not None:
             return self.whole.operations
-        others = (self.steps - 1) * self.many.step.operations
+        others = (self.steps - self.first_steps) * self.many.step.operations
         return self.many.first.operations + others + self.many.last.operations
 
     @property
@@ -194,7 +196,7 @@ class ClosedCode:
         rows, other = np.empty((2, given + len(self.state), count))
         rows[:given] = other[:given] = inputs
         first.evaluate(rows[:given], rows[given:])
-        taken = 1
+        taken = self.first_steps
         while taken < self.most_steps:
             # Those that do not contract arrive nowhere.
             open_poses = np.count_nonzero(~(rows[size] <= _ENOUGH) & (rows[size + 1] > 0))

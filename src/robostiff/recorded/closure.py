@@ -69,7 +69,9 @@ class RecordedSteps:
     # What is computed from the same at the end; what stays open (squared), and a number that is
     # positive where all is well, come last
     arrival: Program
-    first: Program | None = None  # the first step, where it is another one
+    # The first step, or several of them, where these are other ones
+    first: Program | None = None
+    first_steps: int = 1  # how many it takes
     # How many are usually enough, and how many may be taken
     steps: int = 4
     most_steps: int = 6
@@ -91,8 +93,8 @@ class RecordedSteps:
         return Program.of(record, self.ended(program, values))
 
     def begun(self) -> Program:
-        """The first step, from the inputs alone: much in it is known."""
-        record, values = self._after(1)
+        """The first steps, from the inputs alone: much in them is known."""
+        record, values = self._after(self.first_steps)
         return Program.of(record, [values[name] for name in self.state])
 
     def _after(self, steps: int) -> tuple[Record, dict[str, Any]]:
@@ -100,7 +102,7 @@ class RecordedSteps:
         record = self.empty_record(self.inputs)
         values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
         values |= self.state
-        for step in [self.first or self.step, *[self.step] * (steps - 1)]:
+        for step in [self.first or self.step, *[self.step] * (steps - self.first_steps)]:
             after = step.evaluated(values, ENTRY_FUNCTIONS)
             values |= zip(self.state, after, strict=True)
         return record, values

@@ -149,13 +149,22 @@ class LoadedRobot:
         return _Equations(elimination, K, K_total, A, right, legs, buckling)
 
     def first(self, values: Mapping[str, Any]) -> list[Any]:
-        """The state after the first step, the linear answer."""
+        """The state after the first step, the linear answer; of struts after one more.
+
+        Under the forces of the linear answer they are stiffer or softer: the step that follows need
+        not be a smaller part of it.
+        """
         values = {**values, **self.start, **HANDED}
         at = self.equations(values)
         twist = self.unloaded.factors.solved(self.wrench)
         if self.stands:
             twist = at.factored.solved(at.right)
-        return self.step(values, at, twist, falls=False)
+        after = self.step(values, at, twist, falls=False)
+        if self.struts:
+            values |= zip((*self.start, *HANDED), after, strict=True)
+            at = self.equations(values)
+            after = self.step(values, at, at.factored.solved(at.right), falls=False)
+        return after
 
     def sizes(self, twist: Sequence[Any]) -> list[Any]:
         """A twist in radians, shifts by the length."""
@@ -409,6 +418,7 @@ def record_loading(
         step=Program.of(record, loaded.step(values, at, at.factored.solved(at.right))),
         arrival=Program.of(record, loaded.arrival(values, at)),
         first=Program.of(record, loaded.first(values)),
+        first_steps=2 if struts else 1,
         has_arms=loaded.has_arms,
         drives=tuple(legs.drives) if drives else (),
         status=unloaded.status,
