@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -194,36 +195,46 @@ def is_rigid(element: PlacedElement) -> bool:
 
 
 @dataclass(frozen=True)
-class ElementsOfParts:
-    """Joints and elastic parts as elements; what is known of one part is used for all alike."""
+class Elements(ABC):
+    """What makes elements of parts: numbers, or entries of a record in arrays of objects."""
 
     space: Space
+    kind: ClassVar[type] = float
+
+    def array(self, values: Any) -> np.ndarray:
+        """Values as an array."""
+        return np.array(values, dtype=self.kind)
+
+    def joint(self, freedom: PlacedFreedom) -> FiniteJoint:
+        """A joint in finite motion, whose drive does not push; of numbers, with law and inertia."""
+        law, inertia = None, 0.0
+        if self.kind is float:
+            varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
+            if isinstance(varying, StiffnessLaw):
+                law = varying.from_rest(freedom.coordinate)
+            inertia = float(getattr(freedom.role, "inertia", None) or 0.0)
+        k = 0 if freedom.stiffness is None else freedom.stiffness
+        slide, k, none = (self.array(x).item() for x in (freedom.advance(1), k, 0))
+        point, axis = self.array(freedom.point), self.array(freedom.axis)
+        of_joint = freedom.name, point, axis, freedom.turns, slide, k, none
+        return FiniteJoint(*of_joint, law=law, inertia=inertia)
+
+    @abstractmethod
+    def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
+        """An elastic part of a leg as one spring, or a beam as elements with their bowing."""
+
+
+@dataclass(frozen=True)
+class ElementsOfParts(Elements):
+    """Of numbers; what is known of one part is used for all alike."""
+
     treated: Beams
     # by compliance, and in the plane by axes: an element in no place, the length [m] of its beam,
     # and of how many parts this is
     known: dict[tuple[object, ...], tuple[FiniteSpring, float, int]] = field(default_factory=dict)
 
-    def array(self, values: Any) -> np.ndarray:
-        """Values as an array of numbers."""
-        return np.array(values, dtype=float)
-
-    def joint(self, freedom: PlacedFreedom) -> FiniteJoint:
-        """A joint in finite motion."""
-        varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
-        law = varying.from_rest(freedom.coordinate) if isinstance(varying, StiffnessLaw) else None
-        return FiniteJoint(
-            freedom.name,
-            np.asarray(freedom.point, dtype=float),
-            np.asarray(freedom.axis, dtype=float),
-            freedom.turns,
-            float(freedom.advance(1.0)),
-            0.0 if freedom.stiffness is None else float(freedom.stiffness),
-            law=law,
-            inertia=float(getattr(freedom.role, "inertia", None) or 0.0),
-        )
-
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
-        """An elastic part as one spring, or a beam as one or more elements with their bowing."""
+        """An elastic part as one spring, or a beam as one or more elements."""
         del leg
         elasticity = spring.elasticity
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from robostiff.kinematics.frames import Placing
-from robostiff.model import PlacedBodySpring, PlacedFreedom, PlacedSpring
+from robostiff.model import PlacedBodySpring, PlacedSpring
 from robostiff.model.body_spring import BodySpring
 from robostiff.record import Entry, is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
-from robostiff.statics.chains.beam_bowing import elastic_element, in_series
+from robostiff.statics.chains.beam_bowing import Elements, elastic_element, in_series
 from robostiff.statics.chains.elements import NOBODY, Element, FiniteJoint, FiniteSpring, Share
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
 from robostiff.statics.chains.numbers import Component
@@ -25,21 +25,21 @@ _LOST = 1e-20
 
 
 @dataclass(frozen=True)
-class RecordedElements:
-    """What makes elements of parts on entries, by those in numbers.
+class RecordedElements(Elements):
+    """Of entries, by those in numbers.
 
     Attributes
     ----------
-    like : mapping of (str, str) to list of FiniteSpring
-        The elements of an elastic part in numbers, by its leg and its name: whether it bows.
     space : Space
     length : float
         Of the robot [m].
+    like : mapping of (str, str) to list of FiniteSpring
+        The elements of an elastic part in numbers, by its leg and its name: whether it bows.
     """
 
-    like: Mapping[tuple[str, str], list[FiniteSpring]]
-    space: Space
+    kind: ClassVar[type] = object
     length: float
+    like: Mapping[tuple[str, str], list[FiniteSpring]]
 
     @staticmethod
     def of(legs: Legs, space: Space, length: float) -> RecordedElements:
@@ -49,17 +49,7 @@ class RecordedElements:
             for e in chain.elements:
                 if isinstance(e, FiniteSpring):
                     like.setdefault((chain.owner.name, e.name), []).append(e)
-        return RecordedElements(like, space, length)
-
-    def array(self, values: Any) -> np.ndarray:
-        """Values as an array of entries."""
-        return np.array(values, dtype=object)
-
-    def joint(self, freedom: PlacedFreedom) -> FiniteJoint:
-        """A joint, whose drive does not push."""
-        k = 0 if freedom.stiffness is None else freedom.stiffness
-        point, axis = self.array(freedom.point), self.array(freedom.axis)
-        return FiniteJoint(freedom.name, point, axis, freedom.turns, freedom.advance(1), k, 0)
+        return RecordedElements(space, length, like)
 
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as elements."""
