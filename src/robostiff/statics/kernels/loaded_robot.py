@@ -351,7 +351,6 @@ def record_loading(
         R, p = frame_of(frames, body) or _WORLD  # no body is refused later
         at_site = DeadForce(np.array(given[3 * k : 3 * k + 3], dtype=object), p + R @ at)
         forces[body] = (*forces.get(body, ()), at_site)
-    acting = [*forces.pop(PLATFORM, ())]
     snapshot = cast("Snapshot", loaded_postures[0].posed)
     assembly = of_legs(
         [formula.leg for formula in here.placed],
@@ -375,7 +374,7 @@ def record_loading(
         {},
         {},
     )
-    dead = on_platform([*acting, *found.on_platform], reference)
+    dead = on_platform(found.on_platform, reference)
     dead = replace(dead, levers=dead.levers + hooks)
     problems = [posture.problem for posture in loaded_postures]
     straight: dict[int, RecordedStrut] = {}

@@ -249,8 +249,10 @@ class _Chains:
         for name in rest:
             raise unknown_name("laws", name, known, "leg/joint")
 
-    def named(self, name: str, subject: str) -> tuple[NamedBody, np.ndarray]:
-        """A body by its name, and its point."""
+    def named(self, name: str, subject: str) -> tuple[NamedBody, np.ndarray | None]:
+        """A body by its name, and its point; None of the platform, which has its own."""
+        if name == PLATFORM:
+            return NamedBody(self.assembly.platform), None
         names = self.assembly.names
         if name not in names:
             raise unknown_name(subject, name, names, self.assembly.expected)
