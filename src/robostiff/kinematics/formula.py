@@ -156,8 +156,7 @@ class _Layout(ChainWalk):
         # By how much bodies after blocks miss the ends of branches, as parts of the shift
         self.misses: list[np.ndarray] = []
 
-    @property
-    def formula(self) -> PlacedFormula:
+    def whole(self) -> PlacedFormula:
         """The whole leg on the bodies of the closed leg, and what keeps it from closing."""
         site, closed, chain = self.site, self.closed, self.site.leg.chain
         end = site.platform.point(site.zero.p)
@@ -233,14 +232,11 @@ class _Layout(ChainWalk):
         place = self.joints - 1
         if place not in self.closed.slides:  # locked: its length is that at home
             return super().beam(name, axes, beam, length)
-        near, stretch, R = (
-            self.closed.after(place),
-            self.closed.slides[place],
-            product(self.R, axes),
-        )
+        near, far = self.closed.after(place), self.closed.after(place + 1)
+        stretch, R = self.closed.slides[place], product(self.R, axes)
         self.share = self.share + beam.share
         if self.share == 1:
-            point = _point(self.closed.after(place + 1), self.p, self.shift)
+            point = _point(far, self.p, self.shift)
         else:
             e = R[:, 0]
             point = _point(near, self.p + e * (self.share * stretch.offset), self.shift)
@@ -327,7 +323,7 @@ def place_leg(
         )
     site = Site.of(leg, pose, solver)
     closed = site.own_form(form).closed(site.base, site.platform)
-    return _Layout(site, closed, weighs=weighs).formula
+    return _Layout(site, closed, weighs=weighs).whole()
 
 
 @dataclass(frozen=True)
