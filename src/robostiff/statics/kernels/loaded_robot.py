@@ -18,7 +18,7 @@ from robostiff.record import Entry, Program, derivatives_along, is_zero, least
 from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
-from robostiff.spatial import Space
+from robostiff.spatial import Space, skew
 from robostiff.statics.chains.legs import LegEquations
 from robostiff.statics.chains.moving_chain import FURTHEST_TURN
 from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
@@ -87,14 +87,6 @@ class _Equations:
         return Factored.of(self.K_total, self.antisymmetric)
 
 
-def _antisymmetric(moment: np.ndarray) -> np.ndarray:
-    """Part (6, 6) of the rate of a wrench with this moment (3,)."""
-    x, y, z = moment * 0.5
-    A = np.zeros((6, 6), dtype=int).astype(object)
-    A[3:, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
-    return A
-
-
 @dataclass(frozen=True)
 class LoadedRobot:
     """A robot on entries, placed at its unloaded posture."""
@@ -145,7 +137,9 @@ class LoadedRobot:
         }
         K_total = {(i, j): entry - turning[rows[i], rows[j]] for (i, j), entry in K.items()}
         right = [elimination.right[name] for name in twist]
-        A = _antisymmetric(moment)[np.ix_(rows, rows)]
+        A = np.zeros((6, 6), dtype=int).astype(object)
+        A[3:, 3:] = skew(moment * -0.5)  # of the rate of a wrench with this moment
+        A = A[np.ix_(rows, rows)]
         return _Equations(elimination, K, K_total, A, right, legs, buckling)
 
     def first(self, values: Mapping[str, Any]) -> list[Any]:
