@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.model import PlacedMass, PlacedSpring
-from robostiff.spatial import cross, skew
+from robostiff.spatial import cross, twist_transport
 from robostiff.statics.chains.elements import FiniteJoint, Spot
 from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
@@ -136,7 +136,7 @@ def _velocities_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMa
     phi = shear / (x * x).sum(axis=-1)[:, None] * (n * n)[:, None]
     rows = motion_of_section(s, length[:, None], phi[:, None])
     roots = np.sqrt(0.5 * weight[:, None] * _GAUSS[1])
-    rows = _about(aside[:, None], rows) * roots[..., None, None]
+    rows = twist_transport(aside)[:, None] @ rows * roots[..., None, None]
     rows[..., 3:, :] *= radii[:, None, :, None]
     rows = np.linalg.qr(rows.reshape(count, -1, 12), mode="r")
     twists = legs.twists(state, ends, at)[0].reshape(2, count, 2, 3, -1)
@@ -223,12 +223,6 @@ def motion_of_section(s: ArrayLike, length: ArrayLike, phi: ArrayLike) -> np.nda
             for column, entry in zip(columns, factors, strict=True):
                 found[..., row, column] = entry / (1 + f)
     return found
-
-
-def _about(arms: np.ndarray, twists: np.ndarray) -> np.ndarray:
-    """Twists (..., 6, m) of bodies about points at arms (..., 3) from those of given ones."""
-    moved = twists[..., :3, :] - skew(arms) @ twists[..., 3:, :]
-    return np.concatenate([moved, twists[..., 3:, :]], axis=-2)
 
 
 def _axes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -346,6 +340,6 @@ def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) 
     found = [np.pad(np.concatenate(each), [(0, 0), (0, r)])]
     for mass in masses.on_platform:
         b = state.R @ (mass.centre - problem.point)
-        rate = np.concatenate([np.eye(3), -skew(b)], axis=1)[:, rows]
+        rate = twist_transport(b)[:3, rows]
         found.append(np.pad(np.sqrt(float(mass.value)) * rate, [(0, 0), (free, 0)]))
     return np.concatenate(found)
