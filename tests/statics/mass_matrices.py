@@ -16,6 +16,6 @@ def mass_matrix(robot: rs.Robot, pose: rs.JointCoordinates) -> np.ndarray:
     B, m = mass_rows(problem, loaded.masses, state), len(problem.free)
     # the platform moves with the body behind the last joint, so that the chain stays closed
     last = Spot(0, len(problem.legs.chains[0].elements))
-    twist = problem.legs.twists(state.legs, state.p, [last])[0][list(problem.rows)]
+    twist = problem.legs.twists(state.legs, [last], state.p[None])[0][0, list(problem.rows)]
     B = B[:, :m] + B[:, m:] @ twist[:, problem.free]
     return B.T @ B

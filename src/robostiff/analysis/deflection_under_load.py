@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -310,7 +310,7 @@ def loaded_elements(
         return LoadedElements(
             answer.status,
             found.twist(placed.platform, answer.reference_point),
-            parts=_shares(inside.energies),
+            parts=by_share(inside.energies),
             reactions=tuple(JointReaction(*own) for own in inside.reactions),
             actuators=tuple(ActuatorLoad(*own) for own in inside.actuators),
             work_of_loads=found.work_of(forces) if forces else None,
@@ -346,15 +346,16 @@ def loaded_elements(
     return LoadedElements(
         answer.status,
         move_twist(loads.twist, answer.offset),
-        parts=_shares(energies),
+        parts=by_share(energies),
         reactions=tuple(reactions),
         actuators=tuple(actuators),
         leg_wrenches=loads.wrenches[: len(details.legs)],
     )
 
 
-def _shares(energies: Sequence[tuple[str, str, float]]) -> tuple[PartShare, ...]:
+def by_share(each: Iterable[tuple[str, str, float]]) -> tuple[PartShare, ...]:
     """Energies of leg and part [J], the largest first."""
+    energies = list(each)
     total = sum(energy for *_, energy in energies)
     shares = [PartShare(*own, own[-1] / total if total > 0 else 0.0) for own in energies]
     # Shares that differ only by rounding stay in the order of the legs.

@@ -40,14 +40,8 @@ from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
 from robostiff.recorded import LegRecorder
+from robostiff.recorded.elimination import LocalLeg, LocalSpring, WorkingFrame, energy_of, local_leg
 from robostiff.recorded.leg import at_samples
-from robostiff.recorded.working_frame import (
-    LocalLeg,
-    LocalSpring,
-    WorkingFrame,
-    energy_of,
-    local_leg,
-)
 from robostiff.spatial import Space
 
 _NOTHING = 1e-12

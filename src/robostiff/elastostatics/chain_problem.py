@@ -51,29 +51,12 @@ class ChainProblem:
         """Whether C can be inverted, rank(J_theta) = n (...)."""
         return self.regularity > self.tolerance.rigidity
 
-    def costs_digits(self, K: np.ndarray) -> np.ndarray:
-        """Where a K computed from the sum C has lost more than six digits (...).
+    def costs_digits(self, K: np.ndarray, other: np.ndarray, regularity: np.ndarray) -> np.ndarray:
+        """Where more than six digits are lost (...).
 
-        Rounding of C changes K by ``eps |C| |K|^2``, above all in its smaller block; dependent
-        joints cost digits besides.
-        """
-        return (
-            self.compliance_ratio * self._smaller_block(K, K) < _NINE_DIGITS
-        ) | self._near_dependence
-
-    def costs_digits_to_invert(self, K: np.ndarray) -> np.ndarray:
-        """Where a K that began with K0 = C^-1 has lost more than six digits (...).
-
-        Lost are the condition of C, what K has less than K0, and the square of the nearness of
-        dependent joints.
-        """
-        lost = self.regularity * self._smaller_block(K, self.K0) < _NINE_DIGITS
-        return lost | self._near_dependence
-
-    def _smaller_block(self, K: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Size of the smaller diagonal block of K, as a part of the size of another matrix (...).
-
-        A block in which no wrench is transmitted has no stiffness, whatever rounding leaves there.
+        The smaller diagonal block of K is as small a part of another matrix as what regularity has
+        left; near dependence of joints costs digits besides. A block in which no wrench is
+        transmitted has no stiffness, whatever rounding leaves there.
         """
         t = Space.of_size(K.shape[-1]).translations
         diagonal = np.abs(np.einsum("...ii->...i", K))
@@ -84,22 +67,14 @@ class ChainProblem:
         )
         whole = np.einsum("...ii->...i", other).max(axis=-1)[..., None]
         part = blocks / np.where(whole > 0, whole, 1.0)
-        return np.min(np.where(carried > self.tolerance.rounding, part, 1.0), axis=-1)
-
-    @property
-    def _near_dependence(self) -> np.ndarray:
-        return np.any(~self.redundant & (self.margins**2 < _NINE_DIGITS), axis=-1)
+        part = np.min(np.where(carried > self.tolerance.rounding, part, 1.0), axis=-1)
+        near = np.any(~self.redundant & (self.margins**2 < _NINE_DIGITS), axis=-1)
+        return np.asarray((regularity * part < _NINE_DIGITS) | near)
 
     @property
     def dependent(self) -> np.ndarray:
         """Whether some passive joint is redundant (...)."""
         return np.any(self.redundant, axis=-1)
-
-    @property
-    def nearly_dependent(self) -> np.ndarray:
-        """Whether a joint is so nearly redundant that stiffness along it is rounding (...)."""
-        near = ~self.redundant & (self.margins**2 <= self.tolerance.rigidity)
-        return np.any(near, axis=-1)
 
     @cached_property
     def K0(self) -> np.ndarray:
@@ -136,8 +111,11 @@ class Form(ABC):
         """K of a scaled chain that has all that the form needs (..., n, n)."""
 
     def loses_digits(self, problem: ChainProblem, K: np.ndarray) -> np.ndarray:
-        """Where K, by the nature of the form, has fewer digits than asked for (...)."""
-        return problem.costs_digits_to_invert(K)
+        """Where K, by the nature of the form, has fewer digits than asked for (...).
+
+        A K that began with K0 = C^-1 has lost the condition of C, and what it has less than K0.
+        """
+        return problem.costs_digits(K, problem.K0, problem.regularity)
 
 
 @dataclass(frozen=True)
@@ -156,7 +134,9 @@ INDEPENDENT = Need(
     lambda chain: chain.dependent, "it needs independent passive joints, and some are redundant"
 )
 WELL_APART = Need(
-    lambda chain: chain.nearly_dependent,
+    lambda chain: np.any(
+        ~chain.redundant & (chain.margins**2 <= chain.tolerance.rigidity), axis=-1
+    ),
     "a passive joint is so nearly redundant that stiffness along it is rounding",
 )
 COMPLIANT = Need(

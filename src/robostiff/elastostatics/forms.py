@@ -263,8 +263,11 @@ class SaddlePoint(Form):
         return saddle_point_stiffness(problem.C / size, problem.J_q) / size
 
     def loses_digits(self, problem: ChainProblem, K: np.ndarray) -> np.ndarray:
-        """Where K has fewer digits than asked for (...)."""
-        return np.asarray(problem.costs_digits(K))
+        """Where K has fewer digits than asked for (...).
+
+        Rounding of the sum C changes K by ``eps |C| |K|^2``, above all in its smaller block.
+        """
+        return problem.costs_digits(K, K, problem.compliance_ratio)
 
 
 NOT_ALONG_AXES = (

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -24,7 +24,10 @@ from robostiff.kinematics.closure.leg_forms import Cluster, Post, Slide
 from robostiff.kinematics.closure.leg_solver import LegSolver, RecordedForm
 from robostiff.kinematics.closure.rods import Strut
 from robostiff.kinematics.frames import (
+    ChainWalk,
     PlacedChain,
+    Placing,
+    Way,
     beam_lengths,
     place_chain,
     telescopic_elasticity,
@@ -32,19 +35,17 @@ from robostiff.kinematics.frames import (
 from robostiff.kinematics.turn import turn_about, turn_by_vector_of_entries
 from robostiff.model import (
     Chain,
-    Joint,
     Leg,
-    Link,
     ParallelBlock,
     Passive,
-    PlacedBlock,
-    PlacedElement,
+    PlacedFreedom,
     PlacedLeg,
     PlacedSpring,
-    Rigid,
     Telescope,
+    TelescopicBeam,
 )
 from robostiff.record import Entry, greater, is_one, is_zero, most_size, square_root
+from robostiff.spatial.batch import product
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,8 @@ class PlacedFormula:
         Records the leg coordinate of a place in the coordinate vector [m, rad].
     platform : FormulaPose
         Where the leg holds the platform.
+    bodies : mapping of str to (callable, str)
+        What places the frames of its bodies, by the names of parts, see `Way`.
     """
 
     leg: PlacedLeg
@@ -101,10 +104,11 @@ class PlacedFormula:
     coordinate: Callable[[int], Any]
     platform: FormulaPose
     losses: tuple[Any, ...] = ()
+    bodies: Mapping[str, tuple[Placing, str | None]] = field(default_factory=dict)
 
 
 def place_leg_at_joints(
-    leg: Leg, q: np.ndarray, turned: Mapping[int, np.ndarray] | None = None
+    leg: Leg, q: np.ndarray, turned: Mapping[int, np.ndarray] | None = None, *, weighs: bool = False
 ) -> PlacedFormula:
     """Record a leg at recorded coordinates, eq. (5); it has no gap.
 
@@ -116,109 +120,131 @@ def place_leg_at_joints(
         Leg coordinates [m, rad].
     turned : mapping of int to (3, 3) arrays, optional
         Axes in the world behind ball joints that do not come from their coordinates.
+    weighs : bool
+        Whether masses of parts are placed.
     """
     q = np.array(q, dtype=object)
-    R_base, p_base = tidied(leg.base.R), tidied_point(leg.base.p)
-    placed = place_chain(leg.chain, q, R_base, p_base, turned=turned)
-    R = placed.R @ np.array(leg.attachment.R, dtype=object).T
+    way = Way.of(leg.chain, q, turned, weighs=weighs)
+    walk = ChainWalk(tidied(leg.base.R), tidied_point(leg.base.p), way)
+    walk.along(leg.chain)
+    R = walk.R @ np.array(leg.attachment.R, dtype=object).T
     return PlacedFormula(
-        leg=PlacedLeg(leg.name, placed.elements, placed.p),
+        leg=walk.leg(leg.name),
         gap=(),
         lengths=tuple(x for x in beam_lengths(leg.chain, q) if isinstance(x, Entry)),
         coordinate=lambda place: q[place],
-        platform=FormulaPose(R, placed.p - R @ np.array(leg.attachment.p, dtype=object)),
+        platform=FormulaPose(R, walk.p - R @ np.array(leg.attachment.p, dtype=object)),
+        bodies=way.bodies,
     )
 
 
-#: From the first branch of a block to a copy, at zero coordinates and now; None on the main path.
-_Shift = tuple[np.ndarray, np.ndarray] | None
+class _Layout(ChainWalk):
+    """A leg at zero coordinates, its elements where the bodies of the closed leg take them.
 
+    Branches of blocks are copies, shifted from the first: they move as it does.
+    """
 
-def _point(body: LegBody, x: np.ndarray, shift: _Shift) -> np.ndarray:
-    """Where a point is that a body like this one carries, shifted as a copy is."""
-    return body.point(x) if shift is None else body.point(x - shift[0]) + shift[1]
+    def __init__(self, site: Site, closed: ClosedLeg, *, weighs: bool) -> None:
+        chain = site.leg.chain
+        way = Way.of(chain, chain.zero, weighs=weighs)
+        super().__init__(np.eye(3, dtype=int), np.zeros(3, dtype=int), way)
+        self.site, self.closed = site, closed
+        self.joints = 0  # of the main path that are passed
+        # From the first branch of a block to this copy, at zero coordinates and now
+        self.shift: tuple[np.ndarray, np.ndarray] | None = None
+        self.share: Any = 0  # of the extension of a telescope, up to the beam placed last
+        # By how much bodies after blocks miss the ends of branches, as parts of the shift
+        self.misses: list[np.ndarray] = []
 
-
-@dataclass(frozen=True)
-class Layout:
-    """Elements of a leg in the world, carried by the bodies of the closed leg."""
-
-    site: Site
-    closed: ClosedLeg
-    # By how much bodies after blocks miss the ends of branches, as parts of the shift
-    misses: list[np.ndarray] = field(default_factory=list)
-
-    @property
-    def placed(self) -> PlacedFormula:
-        """The leg's elements on the bodies of the closed leg, and what keeps it from closing."""
-        site, closed, leg = self.site, self.closed, self.site.leg
+    def whole(self) -> PlacedFormula:
+        """The whole leg on the bodies of the closed leg, and what keeps it from closing."""
+        site, closed, chain = self.site, self.closed, self.site.leg.chain
         end = site.platform.point(site.zero.p)
-        elements = tuple(self.elements(leg.chain, site.whole.elements))
+        self.along(chain)
         misses = (*closed.misses, *(v @ v for v in self.misses))
         closing = [x for x in misses if most_size(x) > _VANISHES]
         lengths = [  # that a pose can make negative
             closed.slides[site.copies[where.start]].of(beam)
-            for element, where in leg.chain.moving
+            for element, where in chain.moving
             if isinstance(element, Telescope) and site.copies[where.start] in closed.slides
             for beam in element.beams
             if not is_zero(beam.share)
         ]
         reaching = [x for x in closed.out_of_reach if not is_zero(x)]
         return PlacedFormula(
-            leg=PlacedLeg(leg.name, elements, end),
+            leg=replace(self.leg(site.leg.name), end=end),
             gap=(*closing, *reaching),
             lengths=tuple(x for x in lengths if isinstance(x, Entry)),
             coordinate=self.coordinate,
             platform=site.pose,
             losses=() if is_zero(closed.loss) else (closed.loss,),
+            bodies=self.way.bodies,
         )
 
-    def elements(
-        self, chain: Chain, zero: Sequence[PlacedElement], joints: int = 0, shift: _Shift = None
-    ) -> Iterator[PlacedElement]:
-        """Elements of a chain, or of a branch that begins after so many joints of the main path.
+    def here(self) -> Placing:
+        R, p, body, shift = self.R, self.p, self.closed.after(self.joints), self.shift
+        return lambda: (body.axes(R), _point(body, p, shift))
 
-        They are taken along by the bodies that carry them. Branches of blocks are copies, shifted
-        from the first: they move as it does.
-        """
-        left: Iterator[Any] = iter(zero)
-        for element in chain.elements:
-            if isinstance(element, ParallelBlock):
-                block, near = next(left), self.closed.after(joints)
-                after = joints + element.branches[0].chain.main_places.size
-                first, far, legs = block.branches[0], self.closed.after(after), []
-                for branch, own in zip(element.branches, block.branches, strict=True):
-                    shifted = shift
-                    if own is not first:
-                        apart = tidied_point(own.end - first.end)
-                        now = near.direction(apart)
-                        shifted = (apart, now)
-                        if shift is not None:
-                            shifted = shift[0] + apart, shift[1] + now
-                        loop = next(one for one in self.site.whole.loops if one.name == own.name)
-                        wanted = tidied_point(loop.p_wanted - first.end)
-                        size = np.linalg.norm([most_size(x) for x in wanted])
-                        self.misses.append((far.direction(wanted) - now) * (1 / size))
-                    elements = tuple(self.elements(branch.chain, own.elements, joints, shifted))
-                    legs.append(PlacedLeg(own.name, elements, _point(far, own.end, shifted)))
-                yield PlacedBlock(block.name, tuple(legs))
-                joints = after
-            elif isinstance(element, Link):
-                yield self._spring(next(left), self.closed.after(joints), shift)
-            elif not isinstance(element, Rigid):
-                size = element.size if isinstance(element, Joint) else 1
-                for place in range(joints, joints + size):
-                    freedom, body = next(left), self.closed.after(place)
-                    axis, x = self.closed.ball_axes.get(place), freedom.coordinate
-                    if x is not None:  # the stiffness of the drive depends on it
-                        names = [part.name for part in self.site.whole.freedoms]
-                        x = self.coordinate(names.index(freedom.name))
-                    axis = body.direction(freedom.axis) if axis is None else axis
-                    point = _point(body, freedom.point, shift)
-                    yield replace(freedom, axis=axis, point=point, coordinate=x)
-                joints += size
-                if isinstance(element, Telescope):
-                    yield from self._beams(element, left, joints - 1, shift)
+    def leg(self, name: str) -> PlacedLeg:
+        end = _point(self.closed.after(self.joints), self.p, self.shift)
+        return replace(super().leg(name), end=end)
+
+    def block(self, block: ParallelBlock) -> None:
+        super().block(block)
+        self.joints += block.branches[0].chain.main_places.size
+
+    def branch(self, name: str, first: Any) -> Self:
+        walk = super().branch(name, first)
+        if first is not None:
+            near, far = (self.closed.after(one.joints) for one in (self, first))
+            loop = next(one for one in self.site.whole.loops if one.name == name)
+            apart = tidied_point(loop.p - first.p)
+            now = near.direction(apart)
+            walk.shift = apart, now
+            if self.shift is not None:
+                walk.shift = self.shift[0] + apart, self.shift[1] + now
+            wanted = tidied_point(loop.p_wanted - first.p)
+            size = np.linalg.norm([most_size(x) for x in wanted])
+            self.misses.append((far.direction(wanted) - now) * (1 / size))
+        return walk
+
+    def place(self, part: PlacedFreedom | PlacedSpring) -> None:
+        body = self.closed.after(self.joints)
+        point = _point(body, part.point, self.shift)
+        if isinstance(part, PlacedSpring):
+            super().place(replace(part, point=point, rotation=body.axes(part.rotation)))
+            return
+        axis, x = self.closed.ball_axes.get(self.joints), part.coordinate
+        if x is not None:  # the stiffness of the drive depends on it
+            names = [own.name for own in self.site.whole.freedoms]
+            x = self.coordinate(names.index(part.name))
+        axis = body.direction(part.axis) if axis is None else axis
+        self.joints += 1
+        super().place(replace(part, axis=axis, point=point, coordinate=x))
+
+    def telescope(self, telescope: Telescope, extension: np.ndarray) -> None:
+        self.share = 0
+        super().telescope(telescope, extension)
+
+    def beam(
+        self, name: str, axes: np.ndarray, beam: TelescopicBeam, length: np.ndarray
+    ) -> np.ndarray:
+        place = self.joints - 1
+        if place not in self.closed.slides:  # locked: its length is that at home
+            return super().beam(name, axes, beam, length)
+        near, far = self.closed.after(place), self.closed.after(place + 1)
+        stretch, R = self.closed.slides[place], product(self.R, axes)
+        self.share = self.share + beam.share
+        if self.share == 1:
+            point = _point(far, self.p, self.shift)
+        else:
+            e = R[:, 0]
+            point = _point(near, self.p + e * (self.share * stretch.offset), self.shift)
+            point = point + near.direction(e) * (self.share * stretch.length)
+        length = np.asarray(stretch.of(beam), dtype=object)
+        elasticity = telescopic_elasticity(beam, length)
+        super().place(PlacedSpring(self.prefix + name, point, near.axes(R), elasticity))
+        return length
 
     def coordinate(self, place: int) -> Any:
         """Record a coordinate [m, rad]: the turn of a joint between the bodies on its two sides.
@@ -252,40 +278,18 @@ class Layout:
         down = greater(q, high) * (1 - greater(low + turn, q))
         return q + (up - down) * turn
 
-    def _spring(self, spring: PlacedSpring, body: LegBody, shift: _Shift) -> PlacedSpring:
-        return PlacedSpring(
-            spring.name,
-            _point(body, spring.point, shift),
-            body.axes(spring.rotation),
-            spring.elasticity,
-        )
 
-    def _beams(
-        self, telescope: Telescope, springs: Iterator[PlacedSpring], place: int, shift: _Shift
-    ) -> Iterator[PlacedSpring]:
-        near, far = self.closed.after(place), self.closed.after(place + 1)
-        share: Any = 0
-        for beam in telescope.beams:
-            spring = next(springs)
-            if place not in self.closed.slides:  # locked: its length is that at home
-                yield self._spring(spring, near, shift)
-                continue
-            stretch = self.closed.slides[place]
-            share = share + beam.share
-            if share == 1:
-                point = _point(far, spring.point, shift)
-            else:
-                e = spring.rotation[:, 0]
-                point = _point(near, spring.point + e * (share * stretch.offset), shift)
-                point = point + near.direction(e) * (share * stretch.length)
-            elasticity = telescopic_elasticity(beam, np.asarray(stretch.of(beam), dtype=object))
-            yield PlacedSpring(spring.name, point, near.axes(spring.rotation), elasticity)
+def _point(body: LegBody, x: np.ndarray, shift: tuple[np.ndarray, np.ndarray] | None) -> np.ndarray:
+    """Where a point is that a body like this one carries, shifted as a copy is."""
+    return body.point(x) if shift is None else body.point(x - shift[0]) + shift[1]
 
 
 _VANISHES = 1e-20  # a square beside 1
 
 
-def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
+def place_leg(
+    leg: Leg, pose: FormulaPose, solver: LegSolver, *, weighs: bool = False
+) -> PlacedFormula:
     """Record a leg at a pose, its coordinates eliminated: a strut, a rod on a drive, or a post.
 
     Points and directions are computed, no angles, in the assembly mode of home. Results are not
@@ -301,6 +305,8 @@ def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
         them counts as a number.
     solver : LegSolver
         Of the same leg in floats, with its closed form and working mode.
+    weighs : bool
+        Whether masses of parts are placed.
 
     Raises
     ------
@@ -316,7 +322,8 @@ def place_leg(leg: Leg, pose: FormulaPose, solver: LegSolver) -> PlacedFormula:
             hint="close it by its solver and write place_leg_at_joints(leg, q)",
         )
     site = Site.of(leg, pose, solver)
-    return Layout(site, site.own_form(form).closed(site.base, site.platform)).placed
+    closed = site.own_form(form).closed(site.base, site.platform)
+    return _Layout(site, closed, weighs=weighs).whole()
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -23,6 +24,7 @@ from robostiff.model import (
     PlacedElement,
     PlacedFreedom,
     PlacedLeg,
+    PlacedMass,
     PlacedSpring,
     Rigid,
     Role,
@@ -127,6 +129,10 @@ def place_chain(
     return PlacedChain(tuple(walk.placed), *each(walk.R, walk.p), tuple(loops))
 
 
+#: What gives axes (3, 3) and origin (3,) of a frame in the world [m].
+Placing = Callable[[], tuple[np.ndarray, np.ndarray]]
+
+
 @dataclass
 class Way:
     """Common state of the walks along a chain and the branches of its blocks."""
@@ -139,14 +145,21 @@ class Way:
     last: str | None = None  # the part that has been placed last, of a block in its first branch
     # Frames in which bodies are given, by parts: where a part begins, of a joint behind it; and the
     # part that has been placed last
-    bodies: dict[str, tuple[np.ndarray, np.ndarray, str | None]] = field(default_factory=dict)
+    bodies: dict[str, tuple[Placing, str | None]] = field(default_factory=dict)
+    weighs: bool = False  # whether masses of parts are placed
 
     @classmethod
     def of(
-        cls, chain: Chain, coordinates: np.ndarray, turned: Mapping[int, np.ndarray] | None = None
+        cls,
+        chain: Chain,
+        coordinates: np.ndarray,
+        turned: Mapping[int, np.ndarray] | None = None,
+        *,
+        weighs: bool = False,
     ) -> Self:
         """The way along a whole chain at its coordinates."""
-        return cls(chain.joint_coordinates(coordinates), coordinates, turned or {})
+        q = chain.joint_coordinates(coordinates)
+        return cls(q, coordinates, turned or {}, weighs=weighs)
 
 
 class ChainWalk:
@@ -160,6 +173,7 @@ class ChainWalk:
     def __init__(self, R: np.ndarray, p: np.ndarray, way: Way, prefix: str = "") -> None:
         self.R, self.p, self.way, self.prefix = R, p, way, prefix
         self.placed: list[PlacedElement] = []
+        self.masses: list[PlacedMass] = []
 
     def along(self, chain: Chain) -> None:
         """Walk along a chain."""
@@ -173,12 +187,14 @@ class ChainWalk:
 
     def over(self, element: Element) -> None:
         """Walk over one element."""
-        start = self.R, self.p
+        start = self.here()
         if isinstance(element, Rigid):
             self.go(element.transform.p, element.transform.R)
+            self.weigh(element, element.transform.p, start)
         elif isinstance(element, Link):
             self.go(element.to)
             self.spring(element.name, element.axes, element.elasticity)
+            self.weigh(element, element.to, start)
         elif isinstance(element, Joint):
             self.joint(element, self.coordinates(element.size))
         elif isinstance(element, ParallelBlock):
@@ -186,12 +202,38 @@ class ChainWalk:
         else:
             self.telescope(element, self.coordinates(1)[..., 0])
         if isinstance(element, Joint | ParallelBlock):
-            start = self.R, self.p
-        self.way.bodies[self.prefix + element.name] = (*start, self.way.last)
+            start = self.here()
+        self.way.bodies[self.prefix + element.name] = start, self.way.last
+
+    def here(self) -> Placing:
+        """The frame reached so far, in the world."""
+        found = self.R, self.p
+        return lambda: found
+
+    def weigh(self, part: Rigid | Link, to: np.ndarray, start: Placing) -> None:
+        """Place the masses of a part that leads from a frame to a point of it."""
+        is_long = isinstance(part, Link) and bool(np.any(to))
+        for mass in part.masses if self.way.weighs else ():
+            R, p = start()
+            if is_long and mass.is_spread:
+                self.spread(mass.value, p, mass.span or (0.0, 1.0))
+                continue
+            given = mass if mass.centre is not None else replace(mass, centre=0.5 * to, span=None)
+            if R.dtype == object:  # where it turns does not matter to its weight
+                given = replace(given, inertia=None)
+            name, after = self.prefix + part.name, len(self.placed)
+            self.masses += given.placed(name, R, p, after, p if is_long else None)
+
+    def spread(self, value: Any, start: np.ndarray, span: tuple[float, float]) -> None:
+        """A mass along the elastic part that has been placed last."""
+        part: Any = self.placed[-1]
+        centre = start + 0.5 * (span[0] + span[1]) * (part.point - start)
+        after = len(self.placed)
+        self.masses.append(PlacedMass(part.name, np.asarray(value), centre, after, start, span))
 
     def leg(self, name: str) -> PlacedLeg:
         """What has been walked along, as a leg or branch."""
-        return PlacedLeg(name, tuple(self.placed), self.p)
+        return PlacedLeg(name, tuple(self.placed), self.p, tuple(self.masses))
 
     def coordinates(self, size: int) -> np.ndarray:
         """The next coordinates (..., size)."""
@@ -201,11 +243,11 @@ class ChainWalk:
 
     def block(self, block: ParallelBlock) -> None:
         """Place the branches of a block."""
-        legs, walks, lasts = [], [], [self.way.last]
+        legs, walks, lasts = [], list[Self](), [self.way.last]
         for branch in block.branches:
             self.way.last = lasts[0]
             name = f"{self.prefix}{block.name}/{branch.name}"
-            walk = type(self)(self.R, self.p, self.way, f"{name}/")
+            walk = self.branch(name, next(iter(walks), None))
             walk.go(branch.start.p, branch.start.R)
             walk.along(branch.chain)
             legs.append(walk.leg(name))
@@ -221,6 +263,13 @@ class ChainWalk:
         self.placed.append(PlacedBlock(f"{self.prefix}{block.name}", tuple(legs)))
         self.R, self.p = first.R, first.p
         self.way.last = lasts[1]
+
+    def branch(self, name: str, first: Any) -> Self:
+        """The walk along a branch, from here; and that of the first of its block, which is done."""
+        del first
+        walk = copy(self)
+        walk.prefix, walk.placed, walk.masses = f"{name}/", [], []
+        return walk
 
     def go(self, to: np.ndarray, R: np.ndarray | None = None) -> None:
         """Move the frame to a point of itself, and turn it."""
@@ -252,25 +301,38 @@ class ChainWalk:
         if not telescope.beams:
             self.p = self.p + e * extension[..., None]
         for i, beam in enumerate(telescope.beams):
+            start: Any = self.placed[-1]  # the slide, or the beam before
             length = np.asarray(beam.fixed + beam.share * extension)
             self.p = self.p + e * length[..., None]
             number = i + 1 if len(telescope.beams) > 1 else ""
-            own = beam.fixed_elasticity or telescopic_elasticity(beam, length)
-            self.spring(f"{telescope.name}.beam{number}", telescope.axes, own)
+            name = f"{telescope.name}.beam{number}"
+            length = self.beam(name, telescope.axes, beam, length)
+            if self.way.weighs and (value := beam.mass_at(length)) is not None:
+                self.spread(value, start.point, (0.0, 1.0))
+
+    def beam(
+        self, name: str, axes: np.ndarray, beam: TelescopicBeam, length: np.ndarray
+    ) -> np.ndarray:
+        """Place a beam of a telescope that ends here; its length (...) [m]."""
+        self.spring(name, axes, beam.fixed_elasticity or telescopic_elasticity(beam, length))
+        return length
 
     def freedom(self, name: str, screw: Screw, role: Role, q: np.ndarray) -> np.ndarray:
         """Place one freedom; its axis in the world."""
         e = np.einsum("...ij,j->...i", self.R, screw.axis)
         x = own_coordinate(role, q)
-        self.way.last = self.prefix + name
-        self.placed.append(PlacedFreedom(e, self.p, screw.pitch, self.way.last, role, x))
+        self.place(PlacedFreedom(e, self.p, screw.pitch, self.prefix + name, role, x))
         return e
 
     def spring(self, name: str, axes: np.ndarray, elasticity: Elasticity) -> None:
         """Place an elastic part that ends here."""
         R_spring = product(self.R, axes)
-        self.way.last = self.prefix + name
-        self.placed.append(PlacedSpring(self.way.last, self.p, R_spring, elasticity))
+        self.place(PlacedSpring(self.prefix + name, self.p, R_spring, elasticity))
+
+    def place(self, part: PlacedFreedom | PlacedSpring) -> None:
+        """Add what is in its place."""
+        self.way.last = part.name
+        self.placed.append(part)
 
 
 def coupled(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from typing import Any, cast
 
 import numpy as np
 
@@ -14,20 +13,7 @@ from robostiff.kinematics.frames import ChainWalk, Way
 from robostiff.kinematics.posture import Posture
 from robostiff.kinematics.posture_finder import find_posture
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import (
-    BodyPoint,
-    Chain,
-    Element,
-    Link,
-    Mass,
-    PlacedBodySpring,
-    PlacedLeg,
-    PlacedMass,
-    PlacedSpring,
-    Rigid,
-    Snapshot,
-    Telescope,
-)
+from robostiff.model import BodyPoint, Chain, PlacedBodySpring, PlacedLeg, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.spatial import Frame
 
@@ -57,71 +43,9 @@ def with_masses(posture: Posture) -> Snapshot:
 
 def placed_with_masses(name: str, chain: Chain, q: np.ndarray, base: Frame) -> PlacedLeg:
     """A chain of coordinates q (..., size) in the world, its masses in place."""
-    walk = _MassWalk(base.R, base.p, Way.of(chain, q))
+    walk = ChainWalk(base.R, base.p, Way.of(chain, q, weighs=True))
     walk.along(chain)
     return walk.leg(name)
-
-
-class _MassWalk(ChainWalk):
-    """The way along a chain, with the masses that its parts carry."""
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self.masses: list[PlacedMass] = []
-
-    def over(self, element: Element) -> None:
-        R, p = self.R, self.p
-        super().over(element)
-        if isinstance(element, Rigid):
-            for mass in element.masses:
-                self.fixed(element.name, mass, R, p, 0.5 * element.transform.p)
-        elif isinstance(element, Link):
-            for mass in element.masses:
-                if not np.any(element.to):
-                    self.fixed(element.name, mass, R, p, np.zeros(3))
-                elif mass.is_spread:
-                    self.spread(mass.value, p, mass.span or (0.0, 1.0))
-                else:
-                    self.fixed(element.name, mass, R, p, 0.5 * element.to, start=p)
-
-    def leg(self, name: str) -> PlacedLeg:
-        return replace(super().leg(name), masses=tuple(self.masses))
-
-    def telescope(self, telescope: Telescope, extension: np.ndarray) -> None:
-        start = self.p
-        super().telescope(telescope, extension)
-        if not telescope.beams:
-            return
-        placed, beams = self.placed[-len(telescope.beams) :], telescope.beams
-        after = len(self.placed) - len(beams)
-        for i, (part, beam) in enumerate(zip(placed, beams, strict=True), start=1):
-            value = beam.mass_at(np.asarray(beam.fixed + beam.share * extension))
-            if value is not None:
-                self.spread(value, start, (0.0, 1.0), after + i)
-            start = cast("PlacedSpring", part).point
-
-    def fixed(
-        self,
-        name: str,
-        mass: Mass,
-        R: np.ndarray,
-        p: np.ndarray,
-        usual: np.ndarray,
-        start: np.ndarray | None = None,
-    ) -> None:
-        """A mass in one place, given in the frame at the start of its part."""
-        given = mass if mass.centre is not None else replace(mass, centre=usual, span=None)
-        self.masses += given.placed(self.prefix + name, R, p, len(self.placed), start)
-
-    def spread(
-        self, value: Any, start: np.ndarray, span: tuple[float, float], after: int | None = None
-    ) -> None:
-        """A mass along the elastic part that has been placed last, or as the `after`-th."""
-        after = len(self.placed) if after is None else after
-        part = self.placed[after - 1]
-        end = cast("PlacedSpring", part).point
-        centre = start + 0.5 * (span[0] + span[1]) * (end - start)
-        self.masses.append(PlacedMass(part.name, np.asarray(value), centre, after, start, span))
 
 
 def with_body_springs(posture: Posture) -> Snapshot:
@@ -195,9 +119,9 @@ def bodies_of(posture: Posture) -> dict[str, PlacedBody]:
     for leg, q in zip(posture.robot.in_floats.legs, posture.coordinates, strict=True):
         way = Way.of(leg.chain, q)
         ChainWalk(leg.base.R, leg.base.p, way).along(leg.chain)
-        for name, (R, p, part) in way.bodies.items():
+        for name, (placing, part) in way.bodies.items():
             own = BASE if part is None else f"{leg.name}/{part}"
-            found[f"{leg.name}/{name}"] = PlacedBody(own, R, p)
+            found[f"{leg.name}/{name}"] = PlacedBody(own, *placing())
     return found
 
 

@@ -15,7 +15,6 @@ from robostiff.kinematics.closure import (
     LegSolver,
     Loops,
     attachment_frame,
-    body_of_tool,
     follow,
     leg_solvers,
     legs_alike,
@@ -194,7 +193,7 @@ class PostureFinder:
             given = np.concatenate([still, rows], axis=-1)
             aside = home if near is None else pose_of_end(legs[0], near[0])
         elif axis is not None:
-            loops = loops_of_legs(legs, (6,), length, body=body_of_tool(point, axis))
+            loops = loops_of_legs(legs, (6,), length, tool=(point, axis))
             wanted = shortest_turn(home, rows[:, 3:], axis)
             given = np.concatenate([rows[:, :3], vector_of_rotation(wanted)], axis=-1)
             start = aside = np.array([*(home[:3] + turn_by_vector(home[3:]) @ point), *home[3:], 0])

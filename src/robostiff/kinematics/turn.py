@@ -144,13 +144,9 @@ def rotvec_rate(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch
            [0., 1., 0.],
            [0., 0., 1.]])
     """
-    if r.dtype == object:
-        a = square_root(r @ r + _TINY)
-        s, c = sine(a * 0.5), cosine(a * 0.5)
-    else:
-        a = np.sqrt(np.sum(r * r, axis=-1)[..., None, None] + _TINY)
-        s, c = np.sin(a * 0.5), np.cos(a * 0.5)
-    X = skew(r)
+    square = r @ r if r.dtype == object else np.sum(r * r, axis=-1)[..., None, None]
+    a = square_root(square + _TINY)
+    s, c, X = sine(a * 0.5), cosine(a * 0.5), skew(r)
     # Two divisions: the derivative of 1/a^2 would overflow at r = 0.
     return np.eye(3, dtype=int) + X * (2 * s * s / a / a) + X @ X * ((1 - 2 * s * c / a) / a / a)
 

@@ -246,17 +246,15 @@ def network_of(part: Linkage, found: Configuration) -> Network:
         at_node = (mass.placed(mass.name, frame.R, frame.p) for mass in part.masses.get(body, ()))
         nodes.append(Node(body, frame.p, tuple(chain.from_iterable(at_node))))
     for c in part.connections:
+        base = found.frames[c.a] @ c.before
+        leg = placed_with_masses(c.name, c.chain, found.coordinates[c.name], base)
         if isinstance(c.element, Link):
-            base = found.frames[c.a] @ c.before
-            leg = placed_with_masses(c.name, c.chain, found.coordinates[c.name], base)
             (spring,) = leg.springs
             masses = tuple(replace(mass, after=0) for mass in leg.masses)
             place = spring.point, spring.rotation, spring.elasticity
             springs.append(SpringElement(c.name, c.a, c.b, *place, masses))
         else:
-            start = found.frames[c.a] @ c.before
-            placed = place_chain(c.chain, found.coordinates[c.name], start.R, start.p)
-            joints.append(JointElement(c.name, c.a, c.b, tuple(placed.freedoms)))
+            joints.append(JointElement(c.name, c.a, c.b, tuple(leg.freedoms)))
     return Network(
         part.name,
         tuple(nodes),

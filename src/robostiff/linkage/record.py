@@ -21,13 +21,13 @@ from robostiff.model import Joint, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, usual_size
 from robostiff.recorded.circulation import BodyChain, circulating
 from robostiff.recorded.closure import RecordedClosure, steps_from_home
+from robostiff.recorded.elimination import WorkingFrame
 from robostiff.recorded.factor import factors_of
 from robostiff.recorded.guess import with_nominal
 from robostiff.recorded.leg import LegRecorder, at_samples, stiffness_entries
 from robostiff.recorded.newton_step import openings, step_of_groups
 from robostiff.recorded.parameters import parameter_samples, with_inputs
 from robostiff.recorded.robot import RecordedRobot
-from robostiff.recorded.working_frame import WorkingFrame
 from robostiff.spatial import Space
 
 

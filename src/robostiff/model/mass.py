@@ -283,7 +283,7 @@ class PlacedMass(BatchedPart):
         >>> [(own.value, round(own.point[0], 9)) for own in beam.lumped(1, 2 * middle)]
         [(1.5, np.float64(0.1)), (1.5, np.float64(0.5))]
         """
-        value = self.value if isinstance(self.value, Entry) else float(self.value)
+        value = np.asarray(self.value).item()
         if self.start is None or not parts:
             return [PointMass(0, value, np.asarray(self.centre))]
         x = end - self.start

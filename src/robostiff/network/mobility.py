@@ -22,33 +22,26 @@ _ITERATIONS = 3
 _FIRST_BLOCK = 16
 
 
-@dataclass(frozen=True)
-class NullSpaces:
-    """Null spaces of a matrix of unit wrenches."""
-
-    right: np.ndarray  # (columns, k): orthonormal motions that no wrench resists
-    left: np.ndarray  # (rows, l): orthonormal wrenches in equilibrium with themselves
-    doubtful: bool  # whether a singular value is neither clearly zero nor clearly not
-
-
-def null_spaces(G: np.ndarray, tolerance: Tolerance) -> NullSpaces:
+def null_spaces(G: np.ndarray, tolerance: Tolerance) -> tuple[np.ndarray, np.ndarray, bool]:
     """Null spaces of a matrix whose rows are unit wrenches on bodies.
 
-    Singular values below `Tolerance.independence` are zero.
+    Orthonormal motions (columns, k) that no wrench resists, wrenches (rows, l) in equilibrium with
+    themselves, and whether a singular value is neither clearly zero nor clearly not. Those below
+    `Tolerance.independence` are zero.
 
     Examples
     --------
-    >>> spaces = null_spaces(np.array([[1.0, -1.0]]), Tolerance())
-    >>> spaces.right.shape, spaces.left.shape
+    >>> motions, wrenches, _ = null_spaces(np.array([[1.0, -1.0]]), Tolerance())
+    >>> motions.shape, wrenches.shape
     ((2, 1), (1, 0))
     """
     rows, columns = G.shape
     if rows == 0 or columns == 0:
-        return NullSpaces(np.eye(columns), np.eye(rows), False)
+        return np.eye(columns), np.eye(rows), False
     U, values, Vt = np.linalg.svd(G)
     rank = int(np.count_nonzero(values > tolerance.independence))
     doubtful = bool(np.any(tolerance.leaves_in_doubt(values)))
-    return NullSpaces(Vt[rank:].T, U[:, rank:], doubtful)
+    return Vt[rank:].T, U[:, rank:], doubtful
 
 
 def sparse_null_space(G: csc_array, tolerance: Tolerance) -> tuple[np.ndarray, bool]:
@@ -216,9 +209,8 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
         G = matrix_of_blocks(blocks, (row, n * len(labels) + n))
         if max(row, n * len(labels)) <= _DENSE:
             G, G_p = np.split(G.toarray(), [n * len(labels)], axis=1)
-            spaces = null_spaces(G, equations.tolerance)
-            motions, doubt = spaces.right, spaces.doubtful
-            held.append(G_p.T @ spaces.left)
+            motions, wrenches, doubt = null_spaces(G, equations.tolerance)
+            held.append(G_p.T @ wrenches)
         else:
             # What is free with the platform free is split into what moves it and what does not.
             motions, doubt = sparse_null_space(G, equations.tolerance)

@@ -75,13 +75,13 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
                     A[rows, column[name]] += wrenches
                 elif name == network.platform:
                     A_p[rows] += wrenches
-        spaces = null_spaces(A, equations.tolerance)
-        doubtful |= spaces.doubtful
-        on_platform.append(A_p.T @ spaces.left)
-        for place in pinning_coordinates(spaces.left):
+        _, left, doubt = null_spaces(A, equations.tolerance)
+        doubtful |= doubt
+        on_platform.append(A_p.T @ left)
+        for place in pinning_coordinates(left):
             number, wrench = places[place]
             dropped[number].append(wrench)
-        shared = np.abs(spaces.left).max(axis=1, initial=0.0) > _SHARED
+        shared = np.abs(left).max(axis=1, initial=0.0) > _SHARED
         undetermined |= {places[place][0] for place in np.flatnonzero(shared)}
     return Redundancy(dict(dropped), np.hstack(on_platform), doubtful, frozenset(undetermined))
 
@@ -121,7 +121,7 @@ def redundant_freedoms(
     """
     some = [[i for i, own in enumerate(group.freedom_names) if own] for group in equations.groups]
     moving = [
-        (c, null_spaces(c.freedoms, equations.tolerance).right)
+        (c, null_spaces(c.freedoms, equations.tolerance)[0])
         for c in equations.some_connections(some).values()
         if c.freedom_names
     ]

@@ -320,20 +320,6 @@ class LoadedNetwork:
         """Of the network."""
         return self.system.equations
 
-    def with_least_displacement(self) -> LoadedNetwork:
-        """Without what free motions of the platform add to its displacement.
-
-        Motions of mechanisms that leave the platform at rest stay as they were found.
-        """
-        x, platform = self.x.copy(), self.equations.network.platform
-        for mechanism in self.system.mobility.mechanisms:
-            if platform in mechanism.nodes:
-                own = mechanism.motions[mechanism.nodes.index(platform)]
-                free = np.linalg.pinv(own, rcond=_STILL) @ x[self.system.matrix.rows_of[platform]]
-                for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True):
-                    x[self.system.matrix.rows_of[name]] -= motions @ free
-        return replace(self, x=x)
-
     def work_of(self, forces: Iterable[NodeForce]) -> float:
         """Of forces at bodies on their displacements [J]."""
         d = self.equations.network.space.translations
@@ -454,4 +440,13 @@ def network_under_loads(
         *((f.node, np.append(f.force, np.zeros(3))[rows], f.point) for f in forces),
     ]
     found = LoadedNetwork.of(system, system.forces(each), [(point, F) for _, F, point in each])
-    return found.with_least_displacement()
+    # Without what free motions of the platform add to its displacement; motions of mechanisms that
+    # leave it at rest stay as they were found.
+    x, rows_of, platform = found.x.copy(), system.matrix.rows_of, network.platform
+    for mechanism in system.mobility.mechanisms:
+        if platform in mechanism.nodes:
+            own = mechanism.motions[mechanism.nodes.index(platform)]
+            free = np.linalg.pinv(own, rcond=_STILL) @ x[rows_of[platform]]
+            for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True):
+                x[rows_of[name]] -= motions @ free
+    return replace(found, x=x)

@@ -77,7 +77,9 @@ def reciprocal(x: Any) -> Any:
 
 
 def arc_tangent(sine_: Any, cosine_: Any) -> Any:
-    """Angle of a point (cosine, sine) of any radius, -pi to pi [rad]."""
+    """Angle of a point (cosine, sine) of any radius, -pi to pi [rad]; of arrays of floats, too."""
+    if isinstance(sine_, np.ndarray):
+        return np.arctan2(sine_, cosine_)
     return _of_two(Operation.ARC_TANGENT, sine_, cosine_, math.atan2)
 
 

@@ -21,22 +21,20 @@ from robostiff.record import Entry, most_size
 from robostiff.recorded.elimination import (
     Carried,
     Column,
+    LocalLeg,
+    WorkingFrame,
     add_energy_in_shares,
     carried_by,
     dot,
+    energy_of,
+    from_world,
+    local_leg,
     made_conjugate,
+    to_world,
     transmitted_by,
     wrench_size,
 )
 from robostiff.recorded.leg import LegRecorder, RecordedLeg
-from robostiff.recorded.working_frame import (
-    LocalLeg,
-    WorkingFrame,
-    energy_of,
-    from_world,
-    local_leg,
-    to_world,
-)
 
 _LOAD = "the load of the platform"  # closes one more loop, as a chain of base and platform
 _ROUNDING = 1e-11  # of a wrench: what elimination leaves of zero

@@ -69,7 +69,7 @@ class RecordedSteps:
     # What is computed from the same at the end; what stays open (squared), and a number that is
     # positive where all is well, come last
     arrival: Program
-    # The first step, or several of them, where these are shorter than the others
+    # The first step, or several of them, where these are other ones
     first: Program | None = None
     first_steps: int = 1  # how many it takes
     # How many are usually enough, and how many may be taken

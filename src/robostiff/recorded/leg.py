@@ -14,11 +14,14 @@ from robostiff.elastostatics import BlockCompliance, Tolerance, block_compliance
 from robostiff.kinematics.jacobians import spring_compliance
 from robostiff.model import PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Operation, Record, usual_size
-from robostiff.recorded.elimination import Column, Conjugate, carried_by, made_conjugate
-from robostiff.recorded.working_frame import (
+from robostiff.recorded.elimination import (
+    Column,
+    Conjugate,
     LocalLeg,
     WorkingFrame,
+    carried_by,
     local_leg,
+    made_conjugate,
     to_world,
     working_frames,
 )

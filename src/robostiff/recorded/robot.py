@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -13,7 +13,7 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, place_leg_at_joints
-from robostiff.model import ALL_COORDINATES, Leg, ParallelBlock, Robot
+from robostiff.model import ALL_COORDINATES, ParallelBlock, Robot, Telescope
 from robostiff.record import Entry, Operation, Record, usual_size
 from robostiff.recorded.circulation import legs_on_platform
 from robostiff.recorded.closure import RecordedClosure, record_closure
@@ -117,16 +117,16 @@ class RobotOnEntries:
         finder: PostureFinder,
         *,
         by_pose: bool,
-        changed: Callable[[Leg], Leg] = lambda leg: leg,
         closure: RecordedClosure | None = None,
         most: int | None = None,
+        weighs: bool = False,
     ) -> RobotOnEntries:
         """A robot whose legs close in closed form, by its pose; any robot by its joints.
 
         Its symbols, which have nominal values, are inputs as well; the finder is of the same robot
-        in numbers. Each leg on entries is `changed` before it is placed. With the closure of a
-        robot by its joints the platform is at its pose, and joints that follow from others or from
-        the pose are no inputs. The record has no more than `most` operations.
+        in numbers. With the closure of a robot by its joints the platform is at its pose, and
+        joints that follow from others or from the pose are no inputs. The record has no more than
+        `most` operations. `weighs`: whether masses of the legs are placed.
 
         Raises InputError when a leg has no closed form, or home has no room around it, and
         NoAnswerError when the record would be longer.
@@ -146,11 +146,11 @@ class RobotOnEntries:
             inputs |= {c.value: samples for c, samples in columns if c.value in names}
         record = Record(inputs, most)
         robot = with_inputs(robot, record)
-        legs = [changed(leg) for leg in robot.legs]
+        legs = robot.legs
         if by_pose:
             pose = FormulaPose.of_coordinates(pose_on_entries(robot, finder, record, [*given]))
             pairs = zip(legs, finder.solvers, strict=True)
-            placed = tuple(place_leg(leg, pose, solver) for leg, solver in pairs)
+            placed = tuple(place_leg(leg, pose, solver, weighs=weighs) for leg, solver in pairs)
         else:
             q: list[Any] = []
             for joint in given:
@@ -160,7 +160,7 @@ class RobotOnEntries:
             columns = np.split(np.array(q, dtype=object), ends)
             if closure is None:
                 pairs = zip(legs, columns, strict=True)
-                placed = tuple(place_leg_at_joints(leg, x) for leg, x in pairs)
+                placed = tuple(place_leg_at_joints(leg, x, weighs=weighs) for leg, x in pairs)
                 pose = placed[0].platform
             else:
                 six = pose_on_entries(robot, finder, record, (*closure.inputs, *closure.start))
@@ -208,10 +208,7 @@ def record_at_joints(robot: Robot, finder: PostureFinder, most: int | None = Non
 def record_with_closure(
     robot: Robot, finder: PostureFinder, most: int | None = None
 ) -> RecordedRobot | None:
-    """Record a robot at coordinates of its legs and platform, with the closure that finds them.
-
-    None where a record of the closure does not serve, see `record_closure`.
-    """
+    """Record a robot with the closure of its legs; None where that has no record that serves."""
     closure = record_closure(robot, finder, tuple(_joint_samples(robot, finder)), most)
     if closure is None:
         return None
@@ -277,26 +274,19 @@ def assembled(
 
 def _mass(robot: Robot, placed: Sequence[PlacedFormula]) -> Any:
     """Mass of all parts [kg], that of telescopes as long as they are."""
-    parts = () if robot.platform is None else robot.platform.parts
+    parts: list[Any] = [] if robot.platform is None else [*robot.platform.parts]
+    waiting: list[Any] = [element for leg in robot.legs for element in leg.chain.elements]
+    while waiting:
+        parts.append(part := waiting.pop(0))
+        if isinstance(part, ParallelBlock):
+            waiting += [inner for branch in part.branches for inner in branch.chain.elements]
     values: list[Any] = [mass.value for mass in robot.platform_masses]
-    values += [mass.value for part in parts for mass in part.masses]
-
-    def add_all(elements: Sequence[Any], formula: PlacedFormula, coordinate: int) -> int:
-        """Add the masses of elements from a coordinate of the leg on, and count it on."""
-        for element in elements:
-            if isinstance(element, ParallelBlock):
-                for branch in element.branches:
-                    coordinate = add_all(branch.chain.elements, formula, coordinate)
-                continue
-            values.extend(mass.value for mass in getattr(element, "masses", ()))
-            for beam in getattr(element, "beams", ()):
-                length = beam.fixed + beam.share * formula.coordinate(coordinate)
-                values.append(beam.mass_at(np.asarray(length, dtype=object)))
-            coordinate += getattr(element, "size", 0)
-        return coordinate
-
+    values += [mass.value for part in parts for mass in getattr(part, "masses", ())]
     for leg, formula in zip(robot.legs, placed, strict=True):
-        add_all(leg.chain.elements, formula, 0)
+        for element, where in leg.chain.moving:
+            for beam in element.beams if isinstance(element, Telescope) else ():
+                length = beam.fixed + beam.share * formula.coordinate(where.start)
+                values.append(beam.mass_at(np.asarray(length, dtype=object)))
     known = (np.asarray(value, dtype=object).item() for value in values if value is not None)
     return sum(known, 0)
 

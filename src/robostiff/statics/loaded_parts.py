@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.analysis import PartShare
+from robostiff.analysis.deflection_under_load import PartShare, by_share
 from robostiff.spatial import cross, skew
 from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Owner, wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem, State
@@ -291,12 +291,7 @@ def shares(each: Iterable[tuple[str, str, float]]) -> tuple[PartShare, ...]:
     energies: dict[tuple[str, str], float] = {}
     for leg, part, energy in each:
         energies[leg, part] = energies.get((leg, part), 0.0) + energy
-    total = sum(energies.values())
-    found = [
-        PartShare(leg, part, energy, energy / total if total > 0 else 0.0)
-        for (leg, part), energy in energies.items()
-    ]
-    return tuple(sorted(found, key=lambda share: -round(share.share, 9)))
+    return by_share((*names, energy) for names, energy in energies.items())
 
 
 @dataclass(frozen=True)

@@ -351,9 +351,12 @@ class Equilibrium(StatusOfPoses, InNotebooks):
     def potential(self) -> float:
         """Energy less the work of preloads and dead forces, the wrench left out [J]."""
         found = self._require()
-        return self.energy + found.problem.platform_potential(
-            found.state, found.loading, found.factor
-        )
+        problem, state = found.problem, found.state
+        share, shift = found.loading.shares(found.factor).value, state.p - problem.point
+        total = self.energy + problem.legs.load_potential(state.legs, share)
+        if problem.steady is not None:
+            total += problem.steady.weights.potential(state.R, shift)
+        return total + share * problem.dead.potential(state.R, shift)
 
     @cached_property
     def parts(self) -> tuple[LoadedPart, ...]:

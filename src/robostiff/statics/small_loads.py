@@ -11,19 +11,14 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis import ActuatorLoad, Deflection, JointReaction, Stiffness, stiffness
 from robostiff.analysis import deflection as deflection_under_wrench
-from robostiff.analysis.deflection_under_load import (
-    LoadedElements,
-    leg_loads,
-    loaded_elements,
-    loads_known,
-)
+from robostiff.analysis.deflection_under_load import LoadedElements, loaded_elements, loads_known
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Actuated, Robot, Snapshot
 from robostiff.network import Network, NodeForce
-from robostiff.spatial import Space, move_twist, move_wrench
+from robostiff.spatial import Space, move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
 from robostiff.statics.chains.equilibrated import LOST
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
@@ -178,7 +173,6 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     if Status.UNREACHABLE in stiffness.status or not loads_known(stiffness):
         return none(Status.ILL_CONDITIONED if stiffness.status.has_stiffness else Status.OK)
     placed: Any = stiffness.placed()
-    has_flexible_platform = placed.platform is not None
     nothing, at_rest = np.zeros(problem.size), problem.unloaded
     known = problem.linearised(at_rest, LoadCase(nothing, F), 0.0, 2)
     if _drives_legs(problem, known):
@@ -186,22 +180,15 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     to_origin = stiffness.origin - stiffness.reference_point
     to_origin = to_origin if stiffness.space is Space.SPATIAL else to_origin[:2]
     # what the loads at bodies are worth at the platform: legs bend under them while it is held
-    status, has_springs = stiffness.status, bool(problem.legs.springs)
-    if has_springs or known.rigid or has_flexible_platform:
-        deflected = _with_springs(problem, known)
-        if deflected is None:
-            return none(Status.UNBALANCED)
-        t, is_free = deflected
-        status = status if is_free else status & ~Status.FREE_MOTIONS
-    else:
-        carried = leg_loads(stiffness, move_wrench(known.by_factor, to_origin))
-        if carried.status_codes:
-            return none(Status(int(carried.status_codes)))
-        t = move_twist(carried.twist, -to_origin)
+    deflected = _of_platform(problem, known, int(stiffness.rank))
+    if deflected is None:
+        return none(Status.UNBALANCED)
+    t, is_free = deflected
+    status = stiffness.status if is_free else stiffness.status & ~Status.FREE_MOTIONS
     step = known.factor_steps + known.by_twist @ t
     state = problem.moved(at_rest, nothing, step)
     legs, forces = problem.legs, None
-    if has_springs:  # tension among them, as the bodies move
+    if problem.legs.springs:  # tension among them, as the bodies move
         pulls = legs.pulls(at_rest.legs, 0.0)
         forces = (pulls.D @ (pulls.J @ step[: legs.numbers.total])[..., None])[..., 0] + pulls.rate
     loaded = CarriedLoads(problem, state, small=True, forces=forces)
@@ -210,7 +197,7 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     parts, rates = loaded.parts(), known.equations.r_factor
     on_platform, _ = problem.dead.acting(np.eye(3))  # the wrench left out
     wrenches: Sequence[np.ndarray] = problem.by_leg(state.legs.W)
-    if has_flexible_platform:  # nodes are where they are without load
+    if placed.platform is not None:  # nodes are where they are without load
         wrenches = loaded.about_the_tool(known.by_twist)[0]
     joints = [(part, part.load) for part in parts if part.load is not None]
     freedoms = ((leg.name, joint) for leg in placed.legs for joint in leg.freedoms)
@@ -232,13 +219,20 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     )
 
 
-def _with_springs(problem: EquilibriumProblem, known: Linearised) -> tuple[np.ndarray, bool] | None:
-    """Twist of the platform, and whether it has free motions; None where one is driven."""
+def _of_platform(
+    problem: EquilibriumProblem, known: Linearised, rank: int
+) -> tuple[np.ndarray, bool] | None:
+    """Twist of the platform, and whether it has free motions; None where one is driven.
+
+    The legs hold it in as many directions as their rank says; springs between bodies in more.
+    """
     scale = problem.scale
     K = known.K / np.outer(scale, scale)
     values, V = np.linalg.eigh(0.5 * (K + K.T))
     along = V.T @ (known.by_factor / scale)
-    free = values <= _FREE * values[-1]
+    free = np.arange(len(values)) < len(values) - rank
+    if problem.legs.springs:
+        free = values <= _FREE * values[-1]
     if np.any(np.abs(along[free]) > _PULLS * np.max(np.abs(along), initial=0.0)):
         return None
     t = V @ np.where(free, 0.0, along / np.where(free, 1.0, values)) / scale

@@ -30,9 +30,8 @@ from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, with_entri
 from robostiff.model.entries import bounds_of
 from robostiff.record import Entry, Operation, Record, is_zero
 from robostiff.recorded import LegRecorder, RecordedLeg, entry_reader
-from robostiff.recorded.elimination import Transmitted, transmitted_by
+from robostiff.recorded.elimination import Transmitted, WorkingFrame, local_leg, transmitted_by
 from robostiff.recorded.leg import at_samples, lower_bound
-from robostiff.recorded.working_frame import WorkingFrame, local_leg
 from robostiff.spatial import cross, exact_number
 from robostiff.spatial.batch import poses_side_by_side
 

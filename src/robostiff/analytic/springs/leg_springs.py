@@ -21,9 +21,8 @@ from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.springs.unit_wrenches import IDLE, SampledLeg, UnitWrench, WrenchSearch
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, is_zero
-from robostiff.recorded.elimination import least_size
+from robostiff.recorded.elimination import WorkingFrame, dot, least_size
 from robostiff.recorded.leg import at_samples
-from robostiff.recorded.working_frame import WorkingFrame, dot
 
 _ROUNDING, _CLOSE = 1e-11, 1e-9
 

@@ -45,8 +45,8 @@ from robostiff.analytic.reading.short_writing import shortest
 from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.record import Entry, is_zero
+from robostiff.recorded.elimination import cross
 from robostiff.recorded.leg import at_samples
-from robostiff.recorded.working_frame import cross
 
 _SAME = 1e-10
 

@@ -23,8 +23,8 @@ from robostiff.elastostatics.tolerance import Tolerance
 from robostiff.kinematics.jacobians import spring_compliance
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, square_root
+from robostiff.recorded.elimination import WorkingFrame, cross, turned_back
 from robostiff.recorded.leg import at_samples
-from robostiff.recorded.working_frame import WorkingFrame, cross, turned_back
 from robostiff.spatial import Space
 
 _RANK = 1e-7

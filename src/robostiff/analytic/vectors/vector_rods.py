@@ -38,8 +38,8 @@ from robostiff.analytic.vectors.vector_expressions import (
 from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.model import PlacedLeg, Telescope
 from robostiff.record import Entry, square_root
+from robostiff.recorded.elimination import turned_back
 from robostiff.recorded.leg import at_samples as sampled
-from robostiff.recorded.working_frame import turned_back
 
 SAME = 1e-9
 P, R0, A, B, D, E, G, J, M, N, U, V = map(

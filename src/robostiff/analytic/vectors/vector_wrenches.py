@@ -41,8 +41,8 @@ from robostiff.analytic.vectors.vector_rods import (
 )
 from robostiff.model import PlacedLeg
 from robostiff.record import Entry, Record
+from robostiff.recorded.elimination import cross
 from robostiff.recorded.leg import at_samples as sampled
-from robostiff.recorded.working_frame import cross
 
 _LONGEST = 80  # operations of a compliance that is printed for a generic leg
 

@@ -16,11 +16,11 @@ from robostiff.kinematics.closure.body import (
     dot,
     quotient,
     rest_of_directions,
-    root,
 )
 from robostiff.kinematics.closure.leg_forms import Cluster, LegForm, RootSigns, Skeleton
 from robostiff.kinematics.closure.rods import Rod, rod_between
 from robostiff.kinematics.turn import turn_about
+from robostiff.record import square_root
 from robostiff.spatial import cross
 
 _PARALLEL = 1e-9  # sine: rounding
@@ -54,7 +54,7 @@ class Arm(LegForm):
         """The leg between its base and the platform, at poses."""
         (e1, e2), wrist = self._axes, self.rod.B.point
         W, hub = platform.point(wrist), base.point(self.first.point)
-        size = root(dot(W - hub, W - hub))
+        size = square_root(dot(W - hub, W - hub))
         to_e2 = float(e2 @ (wrist - self.first.point))
         aimed = aim(
             base.direction(e1),

@@ -74,18 +74,6 @@ def positive_part(value: Any) -> Any:
     return -least(-value, 0) if isinstance(value, Entry) else max(value, 0)
 
 
-def root(value: Any) -> Any:
-    """Square root of what is not negative."""
-    return np.sqrt(value) if isinstance(value, np.ndarray) else square_root(value)
-
-
-def angle_of(sine: Any, cosine: Any) -> Any:
-    """Angle of a point (cosine, sine), -pi to pi [rad]."""
-    if isinstance(sine, np.ndarray):
-        return np.arctan2(sine, cosine)
-    return arc_tangent(sine, cosine)
-
-
 #: Of a cosine: what a few operations leave of an exact zero.
 ROUNDING = 4e-15
 # Sine below which a direction is along an axis: nothing turns it about that.
@@ -284,11 +272,11 @@ def aim(a: np.ndarray, d: np.ndarray, to_a: Any, to_d: Any) -> Aim:
     normal = cross(a, d)
     square = dot(normal, normal)
     if not isinstance(to_d, np.ndarray) and is_zero(to_a) and is_zero(to_d):
-        return Aim(0, quotient(normal, root(square)), 0)
+        return Aim(0, quotient(normal, square_root(square)), 0)
     g = dot(a, d)
     x, y = quotient(to_a - g * to_d, square), quotient(to_d - g * to_a, square)
     left = 1 - x * to_a - y * to_d
-    across = normal * root(quotient(positive_part(left), square))
+    across = normal * square_root(quotient(positive_part(left), square))
     return Aim(a * x + d * y, across, lack_of(left))
 
 
@@ -374,4 +362,4 @@ class ClosedLeg:
         near, far = self.after(place), self.after(place + 1)
         before, after = near.direction(ahead), far.direction(across)
         sine = dot(near.direction(axis), cross(before, after))
-        return angle_of(sine, dot(before, after))
+        return arc_tangent(sine, dot(before, after))

@@ -219,12 +219,6 @@ def all_modes(signs: tuple[bool, bool, bool]) -> tuple[RootSigns, ...]:
     )
 
 
-def in_one(modes: tuple[RootSigns, ...], count: int) -> RootSigns:
-    """Modes as one of arrays, each sign for `count` poses, mode after mode."""
-    signs = np.array([(mode.root, mode.first, mode.second) for mode in modes])
-    return RootSigns(*np.repeat(signs, count, axis=0).T)
-
-
 def nearest(
     chain: Chain,
     q: np.ndarray,

@@ -17,7 +17,6 @@ from robostiff.kinematics.closure.leg_forms import (
     RootSigns,
     all_modes,
     beyond_limits,
-    in_one,
     nearest,
     on_turn_of_home,
     shortened,
@@ -200,7 +199,8 @@ class LegSolver:
         """Postures in some modes of the closed form (modes, legs, N, size), and which close."""
         form, shape = self.closed_form, (len(self.legs), len(modes), len(pose))
         assert form is not None  # noqa: S101 - it has modes
-        form = form.in_mode(in_one(len(self.legs) * modes, len(pose)))
+        signs = [(mode.root, mode.first, mode.second) for mode in modes] * len(self.legs)
+        form = form.in_mode(RootSigns(*np.repeat(signs, len(pose), axis=0).T))
         at = np.tile(R, (len(modes), 1, 1)), np.tile(pose[:, :3], (len(modes), 1))
         q = self._in_form(form, *at)
         closed = self.closes(q, *at).reshape(shape)
@@ -358,10 +358,8 @@ class LegSolver:
 
     def that_holds_at(self, pose: np.ndarray, R: np.ndarray) -> LegSolver:
         """The same, or one that iterates where copies leave a loop open at one of the poses."""
-        if self.closed_form is None:
-            return self
-        q = self._in_form(self.closed_form, R, pose[:, :3])
-        if not np.any(self._leaves_loops_open(q, R, pose[:, :3])[1]):
+        form, p = self.closed_form, pose[:, :3]
+        if form is None or not np.any(self._leaves_loops_open(self._in_form(form, R, p), R, p)[1]):
             return self
         return replace(self, closed_form=None, copies=np.arange(self.chain.size))
 

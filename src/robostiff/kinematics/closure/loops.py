@@ -212,21 +212,12 @@ _FREE_BODY = Chain(
 )
 
 
-def body_of_tool(tip: np.ndarray, axis: np.ndarray) -> Chain:
-    """A platform that is posed by the tip (3,) and the axis (3,) of its tool in its own frame.
-
-    Its coordinates are those of a pose of the tip, then the turn about the axis.
-    """
-    spindle = revolute(axis, Passive(), name="spindle")
-    return Chain((*_FREE_BODY.elements, spindle, Rigid(Frame(np.eye(3), -tip), "from the tip")))
-
-
 def loops_of_legs(
     legs: Sequence[Leg],
     open_: Sequence[int],
     length: float,
     drives: Sequence[np.ndarray] = (),
-    body: Chain = _FREE_BODY,
+    tool: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> Loops:
     """Legs to close together with a platform, and the platform coordinates that they determine.
 
@@ -241,9 +232,15 @@ def loops_of_legs(
         Characteristic length [m].
     drives : sequence of (d,) arrays, optional
         Of each leg the places of coordinates that are held, and prescribed as well.
-    body : Chain
-        The platform, with the coordinates of a pose first; free by itself, or `body_of_tool`.
+    tool : ((3,), (3,) arrays), optional
+        Tip and axis of the tool in the platform frame, by which the platform is posed: its
+        coordinates are those of a pose of the tip, then the turn about the axis.
     """
+    body = _FREE_BODY
+    if tool is not None:
+        spindle = revolute(tool[1], Passive(), name="spindle")
+        to_origin = Rigid(Frame(np.eye(3), -tool[0]), "from the tip")
+        body = Chain((*body.elements, spindle, to_origin))
     tree, parts, row, column = MotionTree(), [], 0, 0
     platform, pose = tree.along(body, AT_REST)
     size = body.size

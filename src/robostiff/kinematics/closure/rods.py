@@ -26,7 +26,6 @@ from robostiff.kinematics.closure.body import (
     positive_part,
     quotient,
     rest_of_directions,
-    root,
     shortest_turn_of,
     spun,
     tidied,
@@ -61,15 +60,6 @@ class RodForm(LegForm):
         """Whether the joint at the far end turns the rod about itself."""
         return not self.B.is_ball and (self.spin is not None or self.A.is_ball)
 
-    @cached_property
-    def home_of_ball(self) -> np.ndarray:
-        """Rotation of the spherical joint at A in the home configuration (3, 3)."""
-        axes = np.stack(self.A.axes, axis=-1)
-        home = np.array([self.home[place] for place in self.A.places], dtype=object)
-        if all(map(is_zero, home)):
-            return np.eye(3, dtype=int)
-        return axes @ turn_by_vector_of_entries(home) @ axes.T
-
 
 @dataclass(frozen=True)
 class Strut(RodForm):
@@ -85,7 +75,7 @@ class Strut(RodForm):
         A, B, place = self.A, self.B, self.slide.place
         A_now, B_now = base.point(A.point), self.named(platform.point(B.point), "B")
         A_to_B = B_now - A_now
-        length = self.named(root(dot(A_to_B, A_to_B)) * self.mode.root, "L")
+        length = self.named(square_root(dot(A_to_B, A_to_B)) * self.mode.root, "L")
         d = self.named(quotient(A_to_B, length), "d")
         rod = _RodNow(self, base, platform, d, A_now, B_now).closed
         (fixed,) = tidied_point(np.array([self.along @ (B.point - A.point)], dtype=object))
@@ -159,7 +149,7 @@ class Rod(RodForm):
             along = dot(e, to_B)
             across = to_B - e * along
             left = square - dot(across, across)
-            half = root(positive_part(left)) * sign
+            half = square_root(positive_part(left)) * sign
             s = along + half
             A_now = start + e * s
             carrier, rod = base.at(A.point, A_now), across - e * half
@@ -178,7 +168,7 @@ class Rod(RodForm):
             if at_poses:  # out of reach, as far as it goes
                 c = np.clip(c, -np.sqrt(size), np.sqrt(size))
             left = size - c * c
-            half = root(positive_part(left)) * sign
+            half = square_root(positive_part(left)) * sign
             cosine, sine = quotient(x * c - y * half, size), quotient(y * c + x * half, size)
             if at_poses:  # about the far end of its rod it may turn, and stays
                 cosine = np.where(size == 0, 1.0, cosine)
@@ -381,7 +371,10 @@ class _RodNow:
         form, d = self.form, self.d
         axes = form.along, form.side, cross_of_entries(form.along, form.side)
         if form.spin_matters or form.turned_by_second:
-            R_home = form.home_of_ball
+            R_home, ball = np.eye(3, dtype=int), np.stack(form.A.axes, axis=-1)
+            home = np.array([form.home[place] for place in form.A.places], dtype=object)
+            if not all(map(is_zero, home)):
+                R_home = ball @ turn_by_vector_of_entries(home) @ ball.T
             if self.near.is_at_poses:
                 R_home = R_home.astype(float)
             start, *sides = (self.near.direction(v @ R_home.T) for v in axes)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -24,18 +25,6 @@ _NONE = 1e-9
 # of both before the latter.
 _SLOPES, _SHEARED = (1 / 42, -(5**0.5) / 420, 1 / 154), (60.0, 36 * 5**0.5, 360.0)
 _WITH_TURN, _ENDS = (-(5**0.5) / 60, 0.0), (5**0.5, 3.0)
-
-
-def bending_planes(space: Space, rotation: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Planes in which a beam bends: unit vectors across it and along its turns, in its own axes.
-
-    Two of a robot in space, the plane itself of a planar one; `rotation` (3, 3) has the axes of the
-    beam, of numbers or of entries.
-    """
-    x, y, z = np.eye(3, dtype=int)
-    if space is Space.SPATIAL:
-        return [(y, z), (z, -y)]
-    return [(cross(rotation[2], x), rotation[2])]
 
 
 def bending(
@@ -66,7 +55,8 @@ def bending(
     L : number or entry
         Length [m].
     planes : sequence of pairs of (3,) arrays
-        See `bending_planes`.
+        In which it bends: unit vectors across it and along its turns, own axes. Two of a robot in
+        space, the plane itself of a planar one.
     inner : bool
         Whether it has inner modes.
 
@@ -205,36 +195,46 @@ def is_rigid(element: PlacedElement) -> bool:
 
 
 @dataclass(frozen=True)
-class ElementsOfParts:
-    """Joints and elastic parts as elements; what is known of one part is used for all alike."""
+class Elements(ABC):
+    """What makes elements of parts: numbers, or entries of a record in arrays of objects."""
 
     space: Space
+    kind: ClassVar[type] = float
+
+    def array(self, values: Any) -> np.ndarray:
+        """Values as an array."""
+        return np.array(values, dtype=self.kind)
+
+    def joint(self, freedom: PlacedFreedom) -> FiniteJoint:
+        """A joint in finite motion, whose drive does not push; of numbers, with law and inertia."""
+        law, inertia = None, 0.0
+        if self.kind is float:
+            varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
+            if isinstance(varying, StiffnessLaw):
+                law = varying.from_rest(freedom.coordinate)
+            inertia = float(getattr(freedom.role, "inertia", None) or 0.0)
+        k = 0 if freedom.stiffness is None else freedom.stiffness
+        slide, k, none = (self.array(x).item() for x in (freedom.advance(1), k, 0))
+        point, axis = self.array(freedom.point), self.array(freedom.axis)
+        of_joint = freedom.name, point, axis, freedom.turns, slide, k, none
+        return FiniteJoint(*of_joint, law=law, inertia=inertia)
+
+    @abstractmethod
+    def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
+        """An elastic part of a leg as one spring, or a beam as elements with their bowing."""
+
+
+@dataclass(frozen=True)
+class ElementsOfParts(Elements):
+    """Of numbers; what is known of one part is used for all alike."""
+
     treated: Beams
     # by compliance, and in the plane by axes: an element in no place, the length [m] of its beam,
     # and of how many parts this is
     known: dict[tuple[object, ...], tuple[FiniteSpring, float, int]] = field(default_factory=dict)
 
-    def array(self, values: Any) -> np.ndarray:
-        """Values as an array of numbers."""
-        return np.array(values, dtype=float)
-
-    def joint(self, freedom: PlacedFreedom) -> FiniteJoint:
-        """A joint in finite motion."""
-        varying = None if isinstance(freedom.role, Passive) else freedom.role.stiffness
-        law = varying.from_rest(freedom.coordinate) if isinstance(varying, StiffnessLaw) else None
-        return FiniteJoint(
-            freedom.name,
-            np.asarray(freedom.point, dtype=float),
-            np.asarray(freedom.axis, dtype=float),
-            freedom.turns,
-            float(freedom.advance(1.0)),
-            0.0 if freedom.stiffness is None else float(freedom.stiffness),
-            law=law,
-            inertia=float(getattr(freedom.role, "inertia", None) or 0.0),
-        )
-
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
-        """An elastic part as one spring, or a beam as one or more elements with their bowing."""
+        """An elastic part as one spring, or a beam as one or more elements."""
         del leg
         elasticity = spring.elasticity
         turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
@@ -295,10 +295,18 @@ def elastic_element(
     """
     C, free = softness
     axial, part, planes = 0, 0, []
+    x, y, z = np.eye(3, dtype=int)
     if length is not None:
-        axial, part, planes = parts / C[0, 0], length / parts, bending_planes(space, rotation)
+        axial, part, planes = parts / C[0, 0], length / parts, [(y, z), (z, -y)]
         C = part_of_beam(C, length, parts)
-    motions, C_in, free = among_motions(space, rotation, C, free)
+    motions, C_in = np.eye(6, dtype=int).astype(C.dtype), C
+    if space is Space.PLANAR:  # motions of the plane, in world axes
+        if planes:
+            planes = [(cross(rotation[2], x), rotation[2])]
+        rows, world = list(space.rows), np.zeros((6, 6), dtype=int).astype(C.dtype)
+        world[:3, :3] = world[3:, 3:] = rotation
+        free = (world @ free)[rows] if free.size else np.zeros((len(rows), 0), dtype=C.dtype)
+        motions, C_in = world.T[:, rows], (world @ C @ world.T)[np.ix_(rows, rows)]
     modes, k = modes_of(C_in, free)
     V, nowhere = motions @ modes, np.zeros(3, dtype=int).astype(C.dtype)
     bent = bending(V, C, part, planes, inner=inner)
@@ -322,19 +330,3 @@ def in_series(
     x = rotation[:, 0] * length
     nearer = [replace(element, point=point + x * ((i + 1) / parts - 1)) for i in range(parts - 1)]
     return [*nearer, element]
-
-
-def among_motions(
-    space: Space, rotation: np.ndarray, C: np.ndarray, free: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Motions of a space in the axes of an elastic part (6, r); compliance and freedoms in them.
-
-    Of a planar robot in world axes; of numbers or of entries.
-    """
-    if space is Space.SPATIAL:
-        return np.eye(6, dtype=int).astype(C.dtype), C, free
-    rows = list(space.rows)
-    world = np.zeros((6, 6), dtype=int).astype(C.dtype)
-    world[:3, :3] = world[3:, 3:] = rotation
-    inside = (world @ free)[rows] if free.size else np.zeros((len(rows), 0), dtype=C.dtype)
-    return world.T[:, rows], (world @ C @ world.T)[np.ix_(rows, rows)], inside

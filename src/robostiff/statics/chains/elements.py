@@ -445,8 +445,7 @@ class SpringArrays:
         for i, side, rate in zip(self.of_spring, self.side, rates, strict=True):
             J[i] += rate * (2 * side - 1)
         d, k = points[1] - points[0], self.stiffness
-        square = (d * d).sum(axis=-1)
-        length = square_root(square) if of_entries else np.sqrt(square)
+        length = square_root((d * d).sum(axis=-1))
         steady = np.where(self.is_cable, 1, share)
         constant = steady * self.constant - (1 - steady) * k * self.length
         if of_entries:

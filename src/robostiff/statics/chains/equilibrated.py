@@ -135,8 +135,15 @@ class Closure:
         ranks = np.sum((values > _LOST * largest) & (values > 0), axis=1)
         return Closure(rows, sizes, A.shape[1] - m - ranks)
 
-    def solve(self, A: np.ndarray, b: np.ndarray, refinements: int) -> Bordered:
-        """``A x = b`` (N, n, k) but for the missing directions, which stay open."""
+    def solve(
+        self, A: np.ndarray, b: np.ndarray, refinements: int
+    ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """``A x = b`` (N, n, k) but for the missing directions, which stay open.
+
+        Returns what is found without what is carried in these (N, n, k), and which legs are
+        regular (N,); then what the closure misses there (N, d, k), and unit wrenches Λ of these
+        among the unknowns (N, n, d).
+        """
         N, n, m, d = len(A), A.shape[1], self.sizes.shape[1], int(self.deficits.max())
         U = np.linalg.svd(_scaled(A, self.rows, self.sizes))[0]
         kept = np.arange(d) >= d - self.deficits[:, None]
@@ -156,21 +163,7 @@ class Closure:
         found = x[:, :n]
         # Beside redundant joints the inverse is one of least squares, and x has rough gaps.
         gaps = np.swapaxes(carried, -1, -2) @ (b - A @ found)
-        return Bordered(regular, found, gaps, carried)
-
-
-@dataclass(frozen=True)
-class Bordered:
-    """Steps of legs with rigid parts.
-
-    `found` (N, n, k) is without what is carried in the missing directions, `gaps` (N, d, k) what
-    the closure misses there, `carried` (N, n, d) unit wrenches Λ of these among the unknowns.
-    """
-
-    regular: np.ndarray  # (N,)
-    found: np.ndarray
-    gaps: np.ndarray
-    carried: np.ndarray
+        return found, regular, (gaps, carried)
 
 
 @dataclass(frozen=True)

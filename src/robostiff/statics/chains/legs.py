@@ -312,11 +312,8 @@ class Legs:
 
     def anchored(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
         """Where anchors of springs are (A, 3) [m], and their velocities by unknown (A, 3, T)."""
-        points, rates = self.arrays.anchored(state.x, *self._starting(state))
-        found = np.zeros((*rates.shape[:2], self.numbers.total), dtype=int).astype(rates.dtype)
-        for i, column in enumerate(self.numbers.columns):
-            found[:, :, column] = found[:, :, column] + rates[:, :, i]
-        return points, found
+        rates, points = self.twists(state, [spot for spot, _ in self.spring_arrays.anchors])
+        return points, rates[:, :3]
 
     def energies(self, state: LegState) -> list[list[float]]:
         """Elastic energy of every element of every chain [J], preloads left out."""
@@ -329,18 +326,18 @@ class Legs:
         total = -sum(coupling.drive.preload * s for coupling, s in pushed)
         return share * (total + self.arrays.load_potential(state.x, *self._starting(state)))
 
-    def twists(self, state: LegState, about: np.ndarray, spots: Sequence[Spot]) -> np.ndarray:
-        """Of some bodies about a point (3,), by all unknowns (M, 6, T)."""
-        at, found = self.numbers.of_chains, np.zeros((self.numbers.total, len(spots), 6))
-        by_columns = self.arrays.twists(state.x, *self._starting(state), about)
-        of_chain = np.array([c for c, _ in spots])
-        body = np.array([at.bodies[c][after] for c, after in spots])
-        for c in np.unique(of_chain).tolist():
-            columns, on_chain = at.columns[c], np.flatnonzero(of_chain == c)
-            moving = at.body[columns, None] <= body[on_chain]
-            unknowns = self.numbers.columns[columns, None]
-            found[unknowns, on_chain] = by_columns[columns, None] * moving[..., None]
-        return np.moveaxis(found, 0, -1)
+    def twists(
+        self, state: LegState, spots: Sequence[Spot], points: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Of some bodies about points (M, 3), by all unknowns (M, 6, T); see `MovingChains`."""
+        at, start = self.numbers, self._starting(state)
+        bodies = np.array([at.of_chains.bodies[c][after] for c, after in spots], dtype=int)
+        rates, points = self.arrays.twists(state.x, *start, bodies, points)
+        found = np.zeros((*rates.shape[:2], at.total), dtype=int).astype(rates.dtype)
+        for c in np.unique(at.of_chains.chains[bodies]).tolist():
+            columns, on_chain = at.of_chains.columns[c], at.of_chains.chains[bodies] == c
+            found[np.ix_(on_chain, np.arange(6), at.columns[columns])] = rates[on_chain, :, columns]
+        return found, points
 
     @cached_property
     def stiffness(self) -> np.ndarray:

@@ -282,7 +282,7 @@ class MovingChains:
         """
         q = x[self._at.joint_x][:, None]
         half = (q * (self._turning * 0.5))[..., None]
-        s, c = (sine(half), cosine(half)) if x.dtype == object else (np.sin(half), np.cos(half))
+        s, c = sine(half), cosine(half)
         th = (self._modes @ self.spring_coordinates(x)[..., None])[..., 0]
         turned = FiniteTurn.of(th[:, 3:])
         motion, before = self._zeros(2, self._at.total, 4, 4)
@@ -421,24 +421,31 @@ class MovingChains:
         """Of matrices (S, 3, 6) the columns that there are (m, 3)."""
         return np.swapaxes(by, -1, -2).reshape(-1, 3)[self._at.full]
 
-    def anchored(
-        self, x: np.ndarray, R: np.ndarray, p: np.ndarray
+    def twists(
+        self,
+        x: np.ndarray,
+        R: np.ndarray,
+        p: np.ndarray,
+        bodies: np.ndarray,
+        points: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Where anchors are (A, 3) [m], and their velocities by the columns (A, 3, Q)."""
-        before, behind, turned = self._placed(x, R, p)
-        w, v, C = self._columns(before, behind, turned)
-        points = self._loaded_points(behind)[self._at.first_anchor :]
-        rates = self._zeros(len(points), 3, len(self._at.body))
-        for body, load in zip(*self._at.reach, strict=True):
-            if load >= self._at.first_anchor:
-                i, columns = load - self._at.first_anchor, np.flatnonzero(self._at.body == body)
-                rates[i, :, columns] = v[columns] + crossed(w[columns], (points[i] - C[body])[None])
-        return points, rates
+        """Twists (M, 6, Q) of some bodies by the columns, about points (M, 3) [m], and these.
 
-    def twists(self, x: np.ndarray, R: np.ndarray, p: np.ndarray, about: np.ndarray) -> np.ndarray:
-        """Twists (Q, 6) about a point (3,) of what each column moves."""
-        w, v, C = self._columns(*self._placed(x, R, p))
-        return np.concatenate([v + crossed(w, about - C[self._at.body]), w], axis=-1)
+        Where none are given, they are those at which the last M loads, or anchors, are.
+        """
+        placed = self._placed(x, R, p)
+        w, v, C = self._columns(*placed)
+        if points is None:
+            points = self._loaded_points(placed[1])[len(self.load_point) - len(bodies) :]
+        found = self._zeros(len(bodies), 6, len(self._at.body))
+        for c in np.unique(self._at.chains[bodies]).tolist():
+            columns, on_chain = self._at.columns[c], np.flatnonzero(self._at.chains[bodies] == c)
+            body = self._at.body[columns]
+            k, i = np.nonzero(body[:, None] <= bodies[on_chain])
+            k, i = k + columns.start, on_chain[i]
+            found[i, :3, k] = v[k] + crossed(w[k], points[i] - C[self._at.body[k]])
+            found[i, 3:, k] = w[k]
+        return found, points
 
     def _beyond(self, arms: np.ndarray, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sums of the forces (L, 3) that each body moves (n, 3), and of ``s f^T`` (n, 3, 3)."""

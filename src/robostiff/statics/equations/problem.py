@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import NOBODY, Share, Spot
-from robostiff.statics.chains.equilibrated import Bordered, Closure, HeldPlatform, solved, unit_free
+from robostiff.statics.chains.equilibrated import Closure, HeldPlatform, solved, unit_free
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
 from robostiff.statics.chains.moving_chain import sum_of_crossed
 from robostiff.statics.chains.numbers import ComponentBlock
@@ -212,11 +212,11 @@ class EquilibriumProblem:
         eq = self.legs.equations(state.legs, state.R, state.p, loading.shares(factor))
         wanted = -np.column_stack([eq.r, self.legs.numbers.by_twist, eq.r_factor])
         solution, regular = np.zeros(wanted.shape), True
-        lacking: dict[int, Bordered] = {}
+        lacking: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         for g, (block, A) in enumerate(zip(self.blocks, eq.A, strict=True)):
             if closures is not None and np.any(closures[g].deficits):
-                lacking[g] = closures[g].solve(A, wanted[block.at], refinements)
-                regulars, solution[block.at] = lacking[g].regular, lacking[g].found
+                given = A, wanted[block.at], refinements
+                solution[block.at], regulars, lacking[g] = closures[g].solve(*given)
             else:
                 rows = self.units[block.at[0, block.free :]]
                 first = unit_free(A, self.units[block.coordinates], rows)
@@ -234,13 +234,13 @@ class EquilibriumProblem:
         platform = None
         if lacking:
             platform = HeldPlatform.of(
-                [bordered.gaps for bordered in lacking.values()], self.scale, self.length, rank
+                [gaps for gaps, _ in lacking.values()], self.scale, self.length, rank
             )
             across = np.column_stack([missing, -K_total, by_factor]) / self.scale[:, None]
             z, at = platform.inverse.T @ across, 0
-            for g, bordered in lacking.items():
-                N, d = bordered.gaps.shape[:2]
-                more = bordered.carried @ z[at : at + N * d].reshape(N, d, -1)
+            for g, (gaps, wrenches) in lacking.items():
+                N, d = gaps.shape[:2]
+                more = wrenches @ z[at : at + N * d].reshape(N, d, -1)
                 solution[self.blocks[g].at] += more
                 at += N * d
             s = np.outer(self.scale, self.scale)
@@ -327,15 +327,6 @@ class EquilibriumProblem:
     def size_of_legs(self, step: np.ndarray) -> float:
         """How much a step of the unknowns of legs turns or shifts them [rad], as `size_of`."""
         return float(np.max(np.abs(step[self.free] * self.units[self.free]), initial=0.0))
-
-    def platform_potential(self, state: State, loading: LoadCase, factor: float) -> float:
-        """Potential of the forces on platform and legs, the wrench left out [J]."""
-        share = loading.shares(factor).value
-        total = self.legs.load_potential(state.legs, share)
-        shift = state.p - self.point
-        if self.steady is not None:
-            total += self.steady.weights.potential(state.R, shift)
-        return total + share * self.dead.potential(state.R, shift)
 
     def _on_platform(
         self, state: State, loading: LoadCase, factor: float

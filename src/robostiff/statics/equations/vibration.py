@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.model import PlacedMass, PlacedSpring
-from robostiff.spatial import cross, skew
+from robostiff.spatial import cross, twist_transport
 from robostiff.statics.chains.elements import FiniteJoint, Spot
 from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
@@ -75,12 +75,10 @@ class CarriedMasses:
     on_platform: tuple[PlacedMass, ...] = ()
 
 
-def velocities(
-    legs: Legs, state: LegState, about: np.ndarray, masses: Sequence[CarriedMass]
-) -> np.ndarray:
+def velocities(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -> np.ndarray:
     """Rows B (k, T) of velocities times roots of masses, by all unknowns of legs.
 
-    ``B^T B`` is the mass matrix. Unknown rates of bodies are twists about a point (3,) [m].
+    ``B^T B`` is the mass matrix.
     """
     found = [np.zeros((0, legs.numbers.total))]
     points = [carried for carried in masses if not carried.is_along_part]
@@ -88,17 +86,15 @@ def velocities(
         spots = [carried.spot for carried in points]
         at = legs.now(state, spots, np.array([carried.mass.centre for carried in points]))
         roots = np.sqrt(np.array([carried.mass.value for carried in points], dtype=float))
-        moved = _about(at - about, legs.twists(state, about, spots))[:, :3]
-        found.append((roots[:, None, None] * moved).reshape(3 * len(points), -1))
+        moved = roots[:, None, None] * legs.twists(state, spots, at)[0][:, :3]
+        found.append(moved.reshape(3 * len(points), -1))
     along = [carried for carried in masses if carried.is_along_part]
     if along:
-        found.append(_velocities_of_parts(legs, state, about, along))
+        found.append(_velocities_of_parts(legs, state, along))
     return np.concatenate(found)
 
 
-def _velocities_of_parts(
-    legs: Legs, state: LegState, about: np.ndarray, masses: Sequence[CarriedMass]
-) -> np.ndarray:
+def _velocities_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -> np.ndarray:
     """As `velocities`, of masses along elastic parts.
 
     An element of a part is straight between its ends where these are now, and its sections move as
@@ -140,10 +136,10 @@ def _velocities_of_parts(
     phi = shear / (x * x).sum(axis=-1)[:, None] * (n * n)[:, None]
     rows = motion_of_section(s, length[:, None], phi[:, None])
     roots = np.sqrt(0.5 * weight[:, None] * _GAUSS[1])
-    rows = _about(aside[:, None], rows) * roots[..., None, None]
+    rows = twist_transport(aside)[:, None] @ rows * roots[..., None, None]
     rows[..., 3:, :] *= radii[:, None, :, None]
     rows = np.linalg.qr(rows.reshape(count, -1, 12), mode="r")
-    twists = _about(at - about, legs.twists(state, about, ends)).reshape(2, count, 2, 3, -1)
+    twists = legs.twists(state, ends, at)[0].reshape(2, count, 2, 3, -1)
     of_ends = np.swapaxes(axes, -1, -2)[None, :, None] @ twists
     both = np.moveaxis(of_ends, 0, 1).reshape(count, 12, -1)
     return (rows @ both).reshape(12 * count, -1)
@@ -227,12 +223,6 @@ def motion_of_section(s: ArrayLike, length: ArrayLike, phi: ArrayLike) -> np.nda
             for column, entry in zip(columns, factors, strict=True):
                 found[..., row, column] = entry / (1 + f)
     return found
-
-
-def _about(arms: np.ndarray, twists: np.ndarray) -> np.ndarray:
-    """Twists (..., 6, m) of bodies about points at arms (..., 3) from those of given ones."""
-    moved = twists[..., :3, :] - skew(arms) @ twists[..., 3:, :]
-    return np.concatenate([moved, twists[..., 3:, :]], axis=-2)
 
 
 def _axes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -346,10 +336,10 @@ def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) 
     moving = [np.sqrt(drive.inertia) * a[problem.free] for drive, a in pairs if drive.inertia]
     each = [np.array(moving).reshape(-1, free)]
     if masses.on_legs:
-        each.append(velocities(legs, state.legs, state.p, masses.on_legs)[:, problem.free])
+        each.append(velocities(legs, state.legs, masses.on_legs)[:, problem.free])
     found = [np.pad(np.concatenate(each), [(0, 0), (0, r)])]
     for mass in masses.on_platform:
         b = state.R @ (mass.centre - problem.point)
-        rate = np.concatenate([np.eye(3), -skew(b)], axis=1)[:, rows]
+        rate = twist_transport(b)[:3, rows]
         found.append(np.pad(np.sqrt(float(mass.value)) * rate, [(0, 0), (free, 0)]))
     return np.concatenate(found)

@@ -23,8 +23,9 @@ from robostiff.kinematics.turn import pose_after, turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.cable import Weight
 from robostiff.record import CLOSED
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, skew
 from robostiff.spatial.rotation import vector_of_quaternion
+from robostiff.statics.chains.moving_chain import sum_of_crossed
 from robostiff.statics.kernels.leg import Site
 from robostiff.statics.loading.given_loads import Acting, StandingLoads, each_load
 from robostiff.statics.loading.loaded_posture import beside, postures_of, wrenches_of
@@ -67,11 +68,7 @@ def _matrices(K: np.ndarray, wrench: np.ndarray, arms: np.ndarray) -> np.ndarray
     platform, b from the reference point [N m].
     """
     if K.shape[-1] == 6:  # the antisymmetric part of moments
-        b_f, f_b = arms[..., [1, 2, 0], [2, 0, 1]], arms[..., [2, 0, 1], [1, 2, 0]]
-        x, y, z = 0.5 * (wrench[..., 3:] + b_f - f_b).T
-        for (i, j), part in {(3, 4): z, (4, 5): x, (5, 3): y}.items():
-            K[..., i, j] += part
-            K[..., j, i] -= part
+        K[..., 3:, 3:] -= skew(0.5 * (wrench[..., 3:] + sum_of_crossed(arms)))
     if not np.any(arms):
         return K
     total, turned = K.copy(), [2] if K.shape[-1] == 3 else [0, 1, 2]

@@ -2,35 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from robostiff.elasticity import Elasticity
-from robostiff.model import (
-    Chain,
-    Joint,
-    Leg,
-    Link,
-    ParallelBlock,
-    PlacedBlock,
-    PlacedBodySpring,
-    PlacedElement,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedMass,
-    PlacedSpring,
-    Rigid,
-    Telescope,
-)
+from robostiff.kinematics.frames import Placing
+from robostiff.model import PlacedBodySpring, PlacedSpring
 from robostiff.model.body_spring import BodySpring
 from robostiff.record import Entry, is_zero, reciprocal, square_root, usual_size
-from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space
-from robostiff.statics.chains.beam_bowing import elastic_element, in_series
+from robostiff.statics.chains.beam_bowing import Elements, elastic_element, in_series
 from robostiff.statics.chains.elements import NOBODY, Element, FiniteJoint, FiniteSpring, Share
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
 from robostiff.statics.chains.numbers import Component
@@ -41,21 +25,21 @@ _LOST = 1e-20
 
 
 @dataclass(frozen=True)
-class RecordedElements:
-    """What makes elements of parts on entries, by those in numbers.
+class RecordedElements(Elements):
+    """Of entries, by those in numbers.
 
     Attributes
     ----------
-    like : mapping of (str, str) to list of FiniteSpring
-        The elements of an elastic part in numbers, by its leg and its name: whether it bows.
     space : Space
     length : float
         Of the robot [m].
+    like : mapping of (str, str) to list of FiniteSpring
+        The elements of an elastic part in numbers, by its leg and its name: whether it bows.
     """
 
-    like: Mapping[tuple[str, str], list[FiniteSpring]]
-    space: Space
+    kind: ClassVar[type] = object
     length: float
+    like: Mapping[tuple[str, str], list[FiniteSpring]]
 
     @staticmethod
     def of(legs: Legs, space: Space, length: float) -> RecordedElements:
@@ -65,17 +49,7 @@ class RecordedElements:
             for e in chain.elements:
                 if isinstance(e, FiniteSpring):
                     like.setdefault((chain.owner.name, e.name), []).append(e)
-        return RecordedElements(like, space, length)
-
-    def array(self, values: Any) -> np.ndarray:
-        """Values as an array of entries."""
-        return np.array(values, dtype=object)
-
-    def joint(self, freedom: PlacedFreedom) -> FiniteJoint:
-        """A joint, whose drive does not push."""
-        k = 0 if freedom.stiffness is None else freedom.stiffness
-        point, axis = self.array(freedom.point), self.array(freedom.axis)
-        return FiniteJoint(freedom.name, point, axis, freedom.turns, freedom.advance(1), k, 0)
+        return RecordedElements(space, length, like)
 
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as elements."""
@@ -344,130 +318,10 @@ def _entries(values: Sequence[Any]) -> np.ndarray:
     return np.array([*values, None], dtype=object)[:-1]
 
 
-# Names a rigid part without extent, which shows where the frame of a body is.
-_MARK = "\0frame"
-
-Frames = Mapping[str, tuple[np.ndarray, np.ndarray]]
+#: What places the frames of bodies, by their names.
+Frames = Mapping[str, Placing]
 #: A body, and a point in its frame [m].
 Site = tuple[str, tuple[float, float, float]]
-
-
-def marked(leg: Leg, bodies: Collection[str], *, weigh: bool) -> Leg:
-    """A leg with a rigid part without extent in the frames of bodies, by ``leg/part``.
-
-    And, to `weigh` them, in those in which masses are given. Their names begin with a mark and go
-    on with those of the parts.
-    """
-
-    def along(chain: Chain, prefix: str) -> Chain:
-        elements: list[Any] = []
-        for element in chain.elements:
-            pair: list[Any] = [element]
-            if isinstance(element, ParallelBlock):
-                inner = f"{prefix}{element.name}/"
-                branches = (
-                    replace(one, chain=along(one.chain, f"{inner}{one.name}/"))
-                    for one in element.branches
-                )
-                pair = [replace(element, branches=tuple(branches))]
-            carries = weigh and isinstance(element, Rigid | Link) and bool(element.masses)
-            if carries or prefix + element.name in bodies:
-                name = _MARK + element.name
-                mark = Link(np.zeros(3), Elasticity(np.zeros((6, 6))), np.eye(3), name)
-                # behind a joint its body begins; a link is given in the frame before it
-                pair.insert(1 if isinstance(element, Joint | ParallelBlock) else 0, mark)
-            elements += pair
-        return replace(chain, elements=tuple(elements))
-
-    return replace(leg, chain=along(leg.chain, f"{leg.name}/"))
-
-
-def marked_bodies(springs: Sequence[BodySpring], loaded: Iterable[str]) -> set[str]:
-    """Bodies whose frames are asked for: those that hold springs, or are loaded."""
-    bodies = {end.body for spring in springs for end in spring.between}
-    return bodies | {_part_of(name) for name in loaded}
-
-
-def unmarked(
-    here: RobotOnEntries, mark: Callable[[Leg], Leg], *, weigh: bool
-) -> tuple[RobotOnEntries, Frames]:
-    """A robot whose legs were placed with marks, without them; and the frames of the bodies.
-
-    To `weigh` them its masses are in place, as `with_masses` has them in numbers.
-    """
-    frames: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-    placed = []
-    for leg, formula in zip(here.robot.legs, here.placed, strict=True):
-        without = _unmarked(mark(leg).chain, formula.leg, f"{formula.leg.name}/", frames, weigh)
-        placed.append(replace(formula, leg=without))
-    return replace(here, placed=tuple(placed)), frames
-
-
-def _unmarked(
-    chain: Chain,
-    placed: PlacedLeg,
-    prefix: str,
-    frames: dict[str, tuple[np.ndarray, np.ndarray]],
-    weigh: bool,
-) -> PlacedLeg:
-    rest = iter(placed.elements)
-    kept: list[PlacedElement] = []
-    masses: list[PlacedMass] = []
-    R, p = np.eye(3), np.zeros(3)
-    for element in chain.elements:
-        if isinstance(element, Rigid):
-            for mass in element.masses:
-                centre = element.transform.p * 0.5 if mass.centre is None else mass.centre
-                masses.append(PlacedMass(element.name, mass.value, p + R @ centre, len(kept)))
-            continue
-        part = next(rest)
-        if isinstance(part, PlacedSpring) and element.name.startswith(_MARK):
-            R, p = part.rotation, part.point
-            frames[prefix + part.name.replace(_MARK, "")] = R, p
-            continue
-        if isinstance(part, PlacedBlock) and isinstance(element, ParallelBlock):
-            pairs = zip(element.branches, part.branches, strict=True)
-            branches = (_unmarked(b.chain, leg, prefix, frames, weigh) for b, leg in pairs)
-            part = replace(part, branches=tuple(branches))
-        kept.append(part)
-        if isinstance(element, Joint):
-            kept += [next(rest) for _ in range(element.size - 1)]
-        elif isinstance(element, Link):
-            masses += _along(element, part, R, p, len(kept))
-        elif isinstance(element, Telescope):
-            last: Any = part
-            for beam in element.beams:
-                start, last = last, next(rest)
-                kept.append(last)
-                length = (last.point - start.point) @ last.rotation[:, 0]
-                value = beam.mass_at(np.asarray(length, dtype=object))
-                if value is not None:
-                    mass = np.asarray(value, dtype=object).item()
-                    masses.append(_spread(mass, last, start.point, (0.0, 1.0), len(kept)))
-    return replace(placed, elements=tuple(kept), masses=tuple(masses) if weigh else ())
-
-
-def _along(link: Link, part: Any, R: np.ndarray, p: np.ndarray, after: int) -> Iterator[PlacedMass]:
-    """Masses of an elastic part that begins in the frame (R, p)."""
-    for mass in link.masses:
-        if mass.is_spread and np.any(link.to):
-            yield _spread(mass.value, part, p, mass.span or (0.0, 1.0), after)
-        else:  # where it turns does not matter to its weight
-            centre = p + R @ (link.to * 0.5 if mass.centre is None else mass.centre)
-            start = p if np.any(link.to) else None
-            yield PlacedMass(part.name, mass.value, centre, after, start)
-
-
-def _spread(
-    value: Any, part: PlacedSpring, start: np.ndarray, span: tuple[float, float], after: int
-) -> PlacedMass:
-    centre = start + (part.point - start) * (0.5 * (span[0] + span[1]))
-    return PlacedMass(part.name, value, centre, after, start, span)
-
-
-def _part_of(name: str) -> str:
-    """The part whose frame a body has, by the name of one of its freedoms or beams."""
-    return name.partition("[")[0].partition(".beam")[0]
 
 
 def placed_springs(
@@ -478,12 +332,14 @@ def placed_springs(
     for spring, numeric in zip(springs, placed, strict=True):
         points = []
         for end in spring.between:
-            R, p = frames[end.body]
+            R, p = frames[end.body]()
             points.append(np.array(p, dtype=object) + np.array(R, dtype=object) @ end.at)
         found.append(replace(numeric, points=(points[0], points[1])))
     return tuple(found)
 
 
 def frame_of(frames: Frames, name: str) -> tuple[np.ndarray, np.ndarray] | None:
-    """Axes and origin of a body by its name."""
-    return frames.get(name) or frames.get(_part_of(name))
+    """Axes and origin of a body by its name, or that of one of its freedoms or beams."""
+    part = name.partition("[")[0].partition(".beam")[0]
+    placing = frames.get(name) or frames.get(part)
+    return placing and placing()

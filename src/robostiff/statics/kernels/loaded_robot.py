@@ -14,19 +14,11 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import PostureFinder
 from robostiff.model import PlacedMass, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
-from robostiff.record import (
-    Entry,
-    Program,
-    derivatives_along,
-    is_zero,
-    least,
-    reciprocal,
-    usual_size,
-)
+from robostiff.record import Entry, Program, derivatives_along, is_zero, least
 from robostiff.recorded import RecordedRobot, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
-from robostiff.spatial import Space
+from robostiff.spatial import Space, skew
 from robostiff.statics.chains.legs import LegEquations
 from robostiff.statics.chains.moving_chain import FURTHEST_TURN
 from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
@@ -38,19 +30,14 @@ from robostiff.statics.kernels.leg import (
     RecordedLegs,
     Site,
     frame_of,
-    marked,
-    marked_bodies,
     placed_springs,
-    unmarked,
 )
 from robostiff.statics.kernels.strut import (
     Buckling,
     RecordedStrut,
-    StrutForces,
     add_struts,
     buckling_of,
     recorded_struts,
-    turning_forces,
 )
 from robostiff.statics.loading.assembly import of_legs
 from robostiff.statics.loading.given_loads import (
@@ -73,6 +60,7 @@ _ARRIVED = 1e-11
 _PART, _ROUNDING = "part of the last step", 1e-18
 #: Inputs: the sum of ``h f^T`` over forces f at hooks h, in platform axes and world axes [N m].
 HOOKS = tuple(f"hook_{a}{b}" for a in "xyz" for b in "xyz")
+_WORLD = np.eye(3), np.zeros(3)
 #: What a step hands to the next, and what the first finds.
 HANDED = BEFORE_FIRST | {_PART: HALF**2}
 
@@ -92,20 +80,11 @@ class _Equations:
     right: list[Any]
     legs: LegEquations
     buckling: list[Any]
-    struts: StrutForces | None
 
     @cached_property
     def factored(self) -> Factored:
         """K_total, not symmetric under moments."""
         return Factored.of(self.K_total, self.antisymmetric)
-
-
-def _antisymmetric(moment: np.ndarray) -> np.ndarray:
-    """Part (6, 6) of the rate of a wrench with this moment (3,)."""
-    x, y, z = moment * 0.5
-    A = np.zeros((6, 6), dtype=int).astype(object)
-    A[3:, 3:] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
-    return A
 
 
 @dataclass(frozen=True)
@@ -131,13 +110,8 @@ class LoadedRobot:
         """Its unknowns without load."""
         return self.platform.start | self.legs.start
 
-    def equations(
-        self, values: Mapping[str, Any], forces: Sequence[Any] | None = None, share: int = 1
-    ) -> _Equations:
-        """At a state; `forces` are those of struts that turn with them, see `add_struts`.
-
-        Dead forces and preloads act, or, at the share 0, do not: springs are relaxed.
-        """
+    def equations(self, values: Mapping[str, Any], share: int = 1) -> _Equations:
+        """At a state; at the share 0 no dead force and no preload acts, and springs are relaxed."""
         rows, twist = list(self.space.rows), self.legs.twist
         elimination = SymmetricElimination()
         for name in twist:
@@ -146,11 +120,11 @@ class LoadedRobot:
             elimination.add_right(name, force)
         body = self.platform.moved(values)
         legs, moment = self.legs.add_to(elimination, values, body, share)
-        buckling, terms = [], None
+        buckling = []
         if self.struts:
-            terms = add_struts(elimination, twist, [*self.struts.values()], body, forces)
-            moment = moment + terms.moment
-            for number, t, length in zip(self.struts, terms.t, terms.lengths, strict=True):
+            more, carried = add_struts(elimination, twist, [*self.struts.values()], body)
+            moment = moment + more
+            for number, (t, length) in zip(self.struts, carried, strict=True):
                 buckling += self.buckling[number].checks(t, length, SAFE)
         acting, turning = (x * share for x in self.dead.acting(body.R))
         moment = moment - acting[3:]
@@ -163,50 +137,27 @@ class LoadedRobot:
         }
         K_total = {(i, j): entry - turning[rows[i], rows[j]] for (i, j), entry in K.items()}
         right = [elimination.right[name] for name in twist]
-        A = _antisymmetric(moment)[np.ix_(rows, rows)]
-        return _Equations(elimination, K, K_total, A, right, legs, buckling, terms)
+        A = np.zeros((6, 6), dtype=int).astype(object)
+        A[3:, 3:] = skew(moment * -0.5)  # of the rate of a wrench with this moment
+        A = A[np.ix_(rows, rows)]
+        return _Equations(elimination, K, K_total, A, right, legs, buckling)
 
     def first(self, values: Mapping[str, Any]) -> list[Any]:
-        """The state after the first step, the linear answer; of struts after three more.
+        """The state after the first step, the linear answer; of struts after one more.
 
-        Under the forces of the linear answer the unloaded posture is stiffer or softer: steps that
-        begin with it come closer. The last has the stiffness of the one before.
+        Under the forces of the linear answer they are stiffer or softer: the step that follows need
+        not be a smaller part of it.
         """
         values = {**values, **self.start, **HANDED}
         at = self.equations(values)
-        K, right = self.unloaded.K, self.wrench
+        twist = self.unloaded.factors.solved(self.wrench)
         if self.stands:
-            K, right = at.K_total, at.right
-            twist = at.factored.solved(right)
-        else:
-            twist = self.unloaded.factors.solved(right)
-        struts = [*self.struts.values()]
-        if not struts:
-            return self.step(values, at, twist, falls=False)
-        forces = [strut.first_force(np.array(twist, dtype=object)) for strut in struts]
-        # with forces in the struts, which turn, and stretch them alike
-        s = [f * reciprocal(strut.length) for strut, f in zip(struts, forces, strict=True)]
-        softer = reduce(add, s) * reciprocal(reduce(add, (strut.stiffness for strut in struts)))
-        of_forces, moment = turning_forces(struts, self.platform.moved(self.start), s)
-        rows = self.space.rows
-        stretched = {
-            (i, j): entry - entry * softer + of_forces.get((rows[i], rows[j]), 0)
-            for (i, j), entry in K.items()
-        }
-        factored = Factored.of(stretched, _antisymmetric(moment)[np.ix_(rows, rows)])
-        twist = factored.solved(right)
-        forces = [strut.first_force(np.array(twist, dtype=object)) for strut in struts]
-        after = self.step(values, at, twist, falls=False, checks=factored.pivots)
-        for forces_that_turn in (True, True, False):
+            twist = at.factored.solved(at.right)
+        after = self.step(values, at, twist, falls=False)
+        if self.struts:
             values |= zip((*self.start, *HANDED), after, strict=True)
-            at = self.equations(values, forces if forces_that_turn else None)
-            factored = at.factored if forces_that_turn else factored
-            twist = factored.solved(at.right)
-            after = self.step(values, at, twist, falls=False)
-            if at.struts:  # to first order
-                after_twist = np.array(twist, dtype=object)
-                each = zip(at.struts.t, at.struts.rates, strict=True)
-                forces = [t + (g @ after_twist) * k for t, (k, g) in each]
+            at = self.equations(values)
+            after = self.step(values, at, at.factored.solved(at.right), falls=False)
         return after
 
     def sizes(self, twist: Sequence[Any]) -> list[Any]:
@@ -217,18 +168,11 @@ class LoadedRobot:
         ]
 
     def step(
-        self,
-        values: Mapping[str, Any],
-        at: _Equations,
-        twist: list[Any],
-        *,
-        falls: bool = True,
-        checks: Sequence[Any] = (),
+        self, values: Mapping[str, Any], at: _Equations, twist: list[Any], *, falls: bool = True
     ) -> list[Any]:
         """The state after a step, in the order of `start`; size, contraction, and what may follow.
 
-        `falls`: whether it is one of Newton's, of which each has to be a smaller part than before;
-        `checks` have to be positive.
+        `falls`: whether it is one of Newton's, of which each has to be a smaller part than before.
         """
         full = np.zeros(6, dtype=int).astype(object)
         full[list(self.space.rows)] = twist
@@ -240,8 +184,6 @@ class LoadedRobot:
         moved += motion
         size = reduce(add, (x * x for x in moved if not is_zero(x)))
         (size, margin), part = handed_on(values, size, values[_PART]), HALF**2
-        parts = (x * (1 / usual_size(x)) for x in checks if isinstance(x, Entry))
-        margin = reduce(least, parts, margin)
         if falls:
             of_last = size / (values[LAST] + _ROUNDING)
             part = least(values[_PART], of_last * FALLS**2 + LITTLE**2)
@@ -375,10 +317,8 @@ def record_loading(
     """
     gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
     springs = finder.robot.springs
-    weigh, names = bool(np.any(gravity)), {*(standing.loads or {}), *dict(sites)}
-    mark = partial(marked, bodies=marked_bodies(springs, names), weigh=weigh)
-    here = RobotOnEntries.of(robot, finder, by_pose=by_pose, changed=mark)
-    here, frames = unmarked(here, mark, weigh=weigh)
+    weigh = bool(np.any(gravity))
+    here = RobotOnEntries.of(robot, finder, by_pose=by_pose, weighs=weigh)
     record, unloaded = here.record, here.recorded
     random, count = np.random.default_rng(7), record.count
     # Some samples are without load: what vanishes there is no pivot.
@@ -397,13 +337,14 @@ def record_loading(
     names_of_forces = (f"force{k}_{a}" for k in range(len(sites)) for a in "xyz")  # world axes [N]
     given = [record.add_input(name, small(force)) for name in names_of_forces]
     inputs, L, reference = record.inputs, finder.length, here.reference
-    frames = {PLATFORM: (here.pose.R, here.pose.p), BASE: (np.eye(3), np.zeros(3)), **frames}
+    frames = {PLATFORM: lambda: (here.pose.R, here.pose.p), BASE: lambda: _WORLD}
+    for formula in here.placed:
+        frames |= {f"{formula.leg.name}/{name}": own for name, (own, _) in formula.bodies.items()}
     forces = given_forces(standing.loads, gravity, robot.space, partial(frame_of, frames))
     for k, (body, at) in enumerate(sites):
-        R, p = frame_of(frames, body) or (np.eye(3), np.zeros(3))  # no body is refused later
+        R, p = frame_of(frames, body) or _WORLD  # no body is refused later
         at_site = DeadForce(np.array(given[3 * k : 3 * k + 3], dtype=object), p + R @ at)
         forces[body] = (*forces.get(body, ()), at_site)
-    acting = [*forces.pop(PLATFORM, ())]
     snapshot = cast("Snapshot", loaded_postures[0].posed)
     assembly = of_legs(
         [formula.leg for formula in here.placed],
@@ -427,7 +368,7 @@ def record_loading(
         {},
         {},
     )
-    dead = on_platform([*acting, *found.on_platform], reference)
+    dead = on_platform(found.on_platform, reference)
     dead = replace(dead, levers=dead.levers + hooks)
     problems = [posture.problem for posture in loaded_postures]
     straight: dict[int, RecordedStrut] = {}
@@ -469,8 +410,8 @@ def record_loading(
         start=start,
         step=Program.of(record, loaded.step(values, at, at.factored.solved(at.right))),
         arrival=Program.of(record, loaded.arrival(values, at)),
-        first_steps=4 if struts else 1,
         first=Program.of(record, loaded.first(values)),
+        first_steps=2 if struts else 1,
         has_arms=loaded.has_arms,
         drives=tuple(legs.drives) if drives else (),
         status=unloaded.status,

@@ -45,35 +45,6 @@ class RecordedStrut:
     B: np.ndarray
     reference: np.ndarray  # point of the platform
     stiffness: Any  # entry or number: along the line [N/m]
-    unloaded: RecordedLeg  # the same as a leg without load
-
-    def first_force(self, twist: np.ndarray) -> Any:
-        """To first order, after a twist (6,) of the platform from the unloaded posture."""
-        (w,), (mu,) = self.unloaded.wrenches, self.unloaded.mu
-        size = square_root(_square_of_force(w))
-        along = np.array(w[:3], dtype=object) @ (self.B - self.A)
-        sign = np.sign(along.sample[0] if isinstance(along, Entry) else along)
-        return (np.array([x / mu for x in w], dtype=object) @ twist) * size * float(sign)
-
-    @property
-    def length(self) -> Any:
-        """Unloaded [m]."""
-        d = self.B - self.A
-        return square_root(d @ d)
-
-
-@dataclass(frozen=True)
-class StrutForces:
-    """What some struts carry: the moment (3,) of the forces of which their stiffness is.
-
-    Of each, `rates` are those of its force by the twist of the platform, t is this force [N],
-    `lengths` are without load [m].
-    """
-
-    moment: np.ndarray
-    rates: list[tuple[Any, np.ndarray]]
-    t: list[Any]
-    lengths: list[Any]
 
 
 def add_struts(
@@ -81,80 +52,51 @@ def add_struts(
     names: Sequence[int],
     struts: Sequence[RecordedStrut],
     body: MovingBody,
-    forces: Sequence[Any] | None = None,
-) -> StrutForces:
+) -> tuple[np.ndarray, list[tuple[Any, Any]]]:
     """Add struts between the base and a body that has moved to the equations of its twist.
 
     With d along a strut of length l, unloaded l_0, c from the point of the body to its end, ``g =
-    (d, c x d)`` and ``s = t/l = k - k l_0/l``, W is the sum of ``s g``, and K, symmetric part, that
-    of ``(k - s) g g^T / l^2`` and of forces that turn.
+    (d, c x d)`` and ``s = t/l = k - k l_0/l``, W is the sum of ``s g``. K, symmetric part, is that
+    of ``(k - s) g g^T / l^2`` and of forces that turn, ``s [[I, -c~], [c~, G - trace(G) I]]``, with
+    G the symmetric part of ``(d - c) c^T``; the other part of that is the moment. ``d - c`` is from
+    A to the point of the body, which is the same for all, so that s is summed first.
 
-    `forces` are those that turn with the struts, t where left out. A Newton step with the forces
-    that a long step before it led to, as those of a wrench that is an unknown, comes closer: what
-    stretches a strut to second order is no force that holds.
+    Returns the moment (3,), and of each strut its force t [N] and its length without load [m].
     """
-    R, at = body
-    rates, tensions, lengths, turning = [], [], [], []
+    (R, at), first, total, carried = body, struts[0].A, 0, []
+    turning = np.zeros(3, dtype=int).astype(object)
+    apart = np.outer(turning, turning)
     W: list[Any] = [0] * 6
     K: dict[tuple[int, int], Any] = {(i, j): 0 for i in range(6) for j in range(i, 6)}
-    for number, strut in enumerate(struts):
-        c = R @ (strut.B - strut.reference)
+    for strut in struts:
+        c, rest = R @ (strut.B - strut.reference), strut.B - strut.A
         d = c + (at - strut.A)
-        square = d @ d
+        square, length = d @ d, square_root(rest @ rest)
         by = reciprocal(square_root(square))
-        unloaded = strut.length
-        soft = strut.stiffness * unloaded * by
+        soft = strut.stiffness * length * by
         s = strut.stiffness - soft
         g = np.concatenate([d, cross(c, at - strut.A)])
-        turning.append(s if forces is None else forces[number] * by)
-        scaled = g * ((soft if forces is None else strut.stiffness - turning[-1]) * (by * by))
+        scaled = g * (soft * (by * by))
         for i in range(6):
             W[i] = W[i] + g[i] * s
             for j in range(i, 6):
                 K[i, j] = K[i, j] + scaled[i] * g[j]
-        rates.append((strut.stiffness * by, g))
-        tensions.append(s * (square * by))
-        lengths.append(unloaded)
-    of_forces, moment = turning_forces(struts, body, turning)
-    for place, value in of_forces.items():
-        K[place] = K[place] + value
-    if forces is None:
-        W[3:] = moment
+        carried.append((s * (square * by), length))
+        pull = c * s
+        total, turning = total + s, turning + pull
+        apart = apart + pull[:, None] * (strut.A - first)[None, :]
+    G = turning[:, None] * (at - first)[None, :] - apart
+    x, y, z = turning
+    more = {(0, 4): z, (1, 5): x, (2, 3): y, (0, 5): -y, (1, 3): -z, (2, 4): -x}
+    for i, j, k in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
+        more[i, i], more[3 + i, 3 + i] = total, -(G[j, j] + G[k, k])
+        more[3 + j, 3 + k] = (G[j, k] + G[k, j]) * 0.5
+    W[3:] = [G[1, 2] - G[2, 1], G[2, 0] - G[0, 2], G[0, 1] - G[1, 0]]
     for (i, j), value in K.items():
-        elimination.add(names[i], names[j], value)
+        elimination.add(names[i], names[j], value + more.get((i, j), 0))
     for name, force in zip(names, W, strict=True):
         elimination.add_right(name, -force)
-    return StrutForces(moment, rates, tensions, lengths)
-
-
-def turning_forces(
-    struts: Sequence[RecordedStrut], body: MovingBody, s: Sequence[Any]
-) -> tuple[dict[tuple[int, int], Any], np.ndarray]:
-    """Stiffness of forces ``s d`` that turn with struts, and their moment (3,).
-
-    The symmetric part, upper triangle, is the sum of ``s [[I, -c~], [c~, G - trace(G) I]]`` with G
-    the symmetric part of ``(d - c) c^T``; the other part of that is the moment. ``d - c`` is from A
-    to the point of the body, which is the same for all, so that s is summed first.
-    """
-    R, at = body
-    total, first = 0, struts[0].A
-    turning, apart = (
-        np.zeros(3, dtype=int).astype(object),
-        np.zeros((3, 3), dtype=int).astype(object),
-    )
-    for strut, part in zip(struts, s, strict=True):
-        scaled = (R @ (strut.B - strut.reference)) * part
-        total = total + part
-        turning = turning + scaled
-        apart = apart + scaled[:, None] * (strut.A - first)[None, :]
-    G = turning[:, None] * (at - first)[None, :] - apart
-    K: dict[tuple[int, int], Any] = {}
-    x, y, z = turning
-    for i, j, k in ((0, 1, 2), (1, 0, 2), (2, 0, 1)):
-        K[i, i], K[3 + i, 3 + i] = total, -(G[j, j] + G[k, k])
-        K[3 + j, 3 + k] = (G[j, k] + G[k, j]) * 0.5
-    K |= {(0, 4): z, (1, 5): x, (2, 3): y, (0, 5): -y, (1, 3): -z, (2, 4): -x}
-    return K, np.array([G[1, 2] - G[2, 1], G[2, 0] - G[0, 2], G[0, 1] - G[1, 0]], dtype=object)
+    return np.array(W[3:], dtype=object), carried
 
 
 def recorded_struts(
@@ -179,8 +121,10 @@ def recorded_struts(
         if len(leg.wrenches) > 1:
             continue
         (wrench,), (mu,) = leg.wrenches, leg.mu
-        softness = mu * reciprocal(_square_of_force(wrench))
-        found[c] = RecordedStrut(A, B, legs.platform_point, reciprocal(softness), leg)
+        square = reduce(add, (f * f for f in wrench[:3]))
+        square = square.record.simplified(square) if isinstance(square, Entry) else square
+        stiffness = reciprocal(mu * reciprocal(square))
+        found[c] = RecordedStrut(A, B, legs.platform_point, stiffness)
     return found
 
 
@@ -219,11 +163,6 @@ def _turning_points(chain: FiniteChain) -> list[np.ndarray]:
     """Points (3,) of the joints that turn freely, base first [m]."""
     joints = [e for e in chain.elements if isinstance(e, FiniteJoint) and e.turns]
     return [e.point for e in joints if is_zero(e.stiffness)]
-
-
-def _square_of_force(wrench: Sequence[Any]) -> Any:
-    square = reduce(add, (f * f for f in wrench[:3]))
-    return square.record.simplified(square) if isinstance(square, Entry) else square
 
 
 @dataclass(frozen=True)

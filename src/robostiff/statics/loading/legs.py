@@ -14,7 +14,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from operator import add
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from robostiff.kinematics.spanning_tree import branches, connected_parts
 from robostiff.model import PlacedBodySpring, PlacedFreedom, PlacedMass, PlacedSpring
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.record import is_zero
+from robostiff.statics.chains.beam_bowing import Elements
 from robostiff.statics.chains.elements import (
     NOBODY,
     ON_PLATFORM,
@@ -43,22 +44,6 @@ from robostiff.statics.loading.given_loads import DeadForce, Laws
 
 #: Members in series by their numbers, each with whether it is passed from its first body.
 _Way = list[tuple[int, bool]]
-
-
-class Elements(Protocol):
-    """What makes elements of parts, of numbers or of entries of a record."""
-
-    def joint(self, freedom: PlacedFreedom) -> FiniteJoint:
-        """A joint."""
-        ...
-
-    def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
-        """An elastic part of a leg, or the elements of a beam."""
-        ...
-
-    def array(self, values: Any) -> np.ndarray:
-        """Values as an array."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -264,8 +249,10 @@ class _Chains:
         for name in rest:
             raise unknown_name("laws", name, known, "leg/joint")
 
-    def named(self, name: str, subject: str) -> tuple[NamedBody, np.ndarray]:
-        """A body by its name, and its point."""
+    def named(self, name: str, subject: str) -> tuple[NamedBody, np.ndarray | None]:
+        """A body by its name, and its point; None of the platform, which has its own."""
+        if name == PLATFORM:
+            return NamedBody(self.assembly.platform), None
         names = self.assembly.names
         if name not in names:
             raise unknown_name(subject, name, names, self.assembly.expected)

@@ -156,23 +156,20 @@ class Postures:
 
         forces = given_forces(acting.loads, pull, posed.space, frame_of)
         usual = {"platform": point} | {name: at for name, (_, at) in assembly.names.items()}
-        moving = given_masses(masses or {}, usual, frame_of)
-        on_it = moving.pop("platform", [])
         found = loaded_legs(
             assembly,
             ElementsOfParts(posed.space, acting.beams),
             point,
             posed.space.rows,
-            {name: several for name, several in forces.items() if name != "platform"},
+            forces,
             {
                 name: as_float(f"preload of {name!r}", value, "one number [N or N m]")
                 for name, value in (acting.preload or {}).items()
             },
             pull,
-            moving,
+            given_masses(masses or {}, usual, frame_of),
             {} if acting.laws is None else {**laws, **acting.laws},
         )
-        carried = replace(found.masses, on_platform=(*found.masses.on_platform, *on_it))
         steady = None
         if assembly.steady:
             steady = Steady(on_platform(assembly.steady, point), assembly.moment)
@@ -181,7 +178,7 @@ class Postures:
             posed.space.rows,
             point,
             float(posed.characteristic_length) or 1.0,
-            on_platform([*forces.get("platform", ()), *found.on_platform], point),
+            on_platform(found.on_platform, point),
             steady,
             found.nodes,
         )
@@ -205,7 +202,7 @@ class Postures:
                 f"no answer of {posed.name!r}: its loads are not those that are given"
             )
         machine = posed if self.cables is None else self.robot
-        return LoadedPosture(posed.name, problem, posed.space, frame, status, machine, carried)
+        return LoadedPosture(posed.name, problem, posed.space, frame, status, machine, found.masses)
 
     @kept
     def _placed(self, masses: bool) -> Snapshot:
