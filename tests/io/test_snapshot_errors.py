@@ -1,4 +1,4 @@
-"""Whatever a snapshot file says is read, or refused with its place; the words are in `slips.txt`."""
+"""A snapshot file is read, or refused with its place; the words are in `slips.txt`."""
 
 from __future__ import annotations
 
