@@ -27,7 +27,12 @@ def said(call: Callable[[str], Any], slip: str) -> str:
             messages = []
     messages = [f"warning: {own.message}" for own in caught] + messages
     assert messages, f"nothing is said of {slip}"
-    return "".join(f"    {line}\n" for text in messages for line in text.split("\n"))
+    return indented("\n".join(messages))
+
+
+def indented(message: str) -> str:
+    """A message as it stands on file."""
+    return "".join(f"    {line}\n" for line in message.split("\n"))
 
 
 def on_file(page: Path) -> Told:
@@ -47,9 +52,9 @@ def on_file(page: Path) -> Told:
     return found
 
 
-def now(told: Told, calls: dict[str, Callable[[str], Any]]) -> Told:
-    """What is said now of the same slips."""
-    return {kind: {slip: said(calls[kind], slip) for slip in slips} for kind, slips in told.items()}
+def now(told: Told, say: Callable[[str, str], str]) -> Told:
+    """What is said now of the same slips under each heading."""
+    return {kind: {slip: say(kind, slip) for slip in slips} for kind, slips in told.items()}
 
 
 def write(page: Path, told: Told) -> None:

@@ -42,7 +42,7 @@ from tests.io.urdf import (
     test_loops_and_springs_of_descriptions,
     test_side_files,
 )
-from tests.said import now, on_file, write
+from tests.said import now, on_file, said, write
 
 PAGE = Path(__file__).parent / "slips.txt"
 
@@ -123,18 +123,15 @@ READERS: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 
 
-def call(kind: str, slip: str) -> Any:
-    return READERS[kind](*ast.literal_eval(f"({slip},)"))
-
-
-CALLS = {kind: partial(call, kind) for kind in READERS}
+def say(kind: str, slip: str) -> str:
+    return said(lambda slip: READERS[kind](*ast.literal_eval(f"({slip},)")), slip)
 
 
 @pytest.mark.parametrize("kind", READERS)
 def test_what_is_said_of_slips_is_what_is_on_file(kind):
     told = {kind: on_file(PAGE)[kind]}
-    assert now(told, CALLS) == told
+    assert now(told, say) == told
 
 
 if __name__ == "__main__":
-    write(PAGE, now(on_file(PAGE), CALLS))
+    write(PAGE, now(on_file(PAGE), say))
