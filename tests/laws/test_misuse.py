@@ -16,6 +16,7 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff import elasticity, elastostatics, model, spatial
+from robostiff.analysis import indices
 from tests.said import now, on_file, said, write
 
 PAGE = Path(__file__).parent / "misuse.txt"
@@ -44,14 +45,30 @@ def arm(*couplings: Any) -> model.Chain:
     return model.Chain((*joints, beam), couplings)
 
 
+@cache
+def compiled(name: str) -> Any:
+    return rs.compile(rs.load(name), backend=rs.Backend.ARRAYS)
+
+
+@cache
+def by_R() -> Any:
+    return rs.compile(PLATFORM, parameters=("R",), backend=rs.Backend.ARRAYS)
+
+
+def mapped(name: str, **more: Any) -> Any:
+    return rs.stiffness_map(rs.load(name), **{"poses": rs.Grid(x=rs.Axis(0, 0.1, 2)), **more})
+
+
+PLATFORM = rs.load("gough-stewart-b", symbols=("R", "r", "k"))
 NAMES: dict[str, Any] = {
-    **{name: getattr(own, name) for own in (elasticity, elastostatics, model, spatial, rs)
+    **{name: getattr(own, name) for own in (elasticity, elastostatics, model, spatial, indices, rs)
        for name in dir(own) if not name.startswith("_")},
     **{"np": np, "sp": sp, "rs": rs, "Path": Path, "replace": replace, "nan": np.nan},
     **{"ROOT": PAGE.parents[2]},
     **{"inf": np.inf, "I": np.eye(6), "load": cache(rs.load), "Q": quantity},
     **{"put": put, "arm": arm},
-    **{"platform": rs.load("gough-stewart-b", symbols=("R", "r", "k"))},
+    **{str(symbol): symbol for symbol in sp.symbols("d h L k c E G", positive=True)},
+    **{"platform": PLATFORM, "compiled": compiled, "by_R": by_R, "mapped": mapped},
     **{"steel": rs.material("steel"), "bar": rs.circle(0.02), "here": rs.Frame.identity()},
 }  # fmt: skip
 
