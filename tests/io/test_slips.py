@@ -22,6 +22,7 @@ from robostiff.io.map_files import read_poses
 from robostiff.io.model_file import model_from_document
 from robostiff.io.snapshot import snapshot_from_document
 from robostiff.io.units import Dimension, parse_quantities, to_si
+from tests.identification import test_measurement_files
 from tests.io import (
     test_coordinates_of_arms,
     test_dh_tables,
@@ -42,6 +43,8 @@ from tests.io.urdf import (
     test_loops_and_springs_of_descriptions,
     test_side_files,
 )
+from tests.model import test_flexible_platform
+from tests.robots import test_coupled_joints, test_helical_joints, test_hybrid_machines
 from tests.said import now, on_file, said, write
 
 PAGE = Path(__file__).parent / "slips.txt"
@@ -83,6 +86,24 @@ def heavy(*masses: dict[str, Any]) -> Any:
     return snapshot(json.dumps(test_masses_in_snapshots.crane(masses=masses)))
 
 
+def measured(text: str) -> Any:
+    arm = rs.load("six-joint-arm")
+    text = text.replace("JOINTS", test_measurement_files.JOINTS)
+    return from_files(lambda: rs.Measurements.read("arm.csv", arm), arm_csv=text)
+
+
+def module(own: str) -> Any:
+    text = f"{test_hybrid_machines.HEAD}{own}"
+    return from_files(lambda: rs.load("machine.yaml"), machine_yaml=text)
+
+
+def screw(given: dict[str, Any], is_planar: bool = False) -> Any:
+    part = {"type": "spring", "point": [0, 0, 0], "axis": [0, 0, 1], "k": 5.0, **given}
+    leg = {"name": "a", "end": [1, 0, 0], "chain": [part]}
+    data = {"name": "p", "planar": is_planar, "reference_point": [1, 0, 0], "legs": [leg]}
+    return snapshot(json.dumps(data))
+
+
 OPEN_SQUARE = test_loops_and_springs_of_descriptions
 READERS: dict[str, Callable[..., Any]] = {
     "model file": partial(model, test_model_file_errors.ROBOT),
@@ -105,6 +126,11 @@ READERS: dict[str, Callable[..., Any]] = {
     "planar snapshot": lambda own: snapshot(f"{test_snapshot_errors.PLANAR}{own}]}}]}}"),
     "masses of a snapshot": heavy,
     "plausibility of a snapshot": partial(snapshot, json.dumps(test_plausibility.SNAPSHOT)),
+    "flexible platform": partial(model, test_flexible_platform.FILE.read_text()),
+    "module of a machine": module,
+    "coupled joints": partial(model, test_coupled_joints.MODEL),
+    "pitch of a screw": test_helical_joints.load_arm,
+    "screw of a snapshot": screw,
     "URDF": lambda *own: described(changed(test_harmful_files.ARM, *own), test_harmful_files.SIDE),
     "loops and springs of a URDF": lambda own: described(
         OPEN_SQUARE.SQUARE.format(own), OPEN_SQUARE.OPEN
@@ -120,6 +146,7 @@ READERS: dict[str, Callable[..., Any]] = {
     "quantity": lambda own, name: to_si(own, Dimension[name]),
     "pose": lambda text: parse_quantities(text, test_units.POSE, test_units.POSE_NAMES, "pose"),
     "table of poses": poses,
+    "measurements": measured,
 }  # fmt: skip
 
 

@@ -328,23 +328,6 @@ def test_a_ratio_may_be_a_symbol(tmp_path):
         assert apart(K, network_stiffness(model(tmp_path, text))[0]) < 1e-10
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("follows: a", "follows: aa", r":15:25: .*did you mean a\?"),
-        ("ratio: r", "ratio: 0", ":15:35: .*a number other than 0"),
-        ("ratio: r", "ratoi: r", "did you mean ratio"),
-        ("s: 1, a: 5 mm/rad", "s: 1, b: 1 deg", ":16:21: .*length"),
-        ("equals: 20 mm", "equals: 20 mm, role: actuated", ":16:32: .*equals of an actuated sum"),
-        ("{s: 1, a: 5 mm/rad}, equals: 20 mm", "{b: 2, a: 3}", ":16:5: .*follows from the others"),
-        ("joint: b, follows: a", "joint: a, follows: s", "write joint: s, follows: a"),
-    ],
-)
-def test_errors_of_couplings_have_a_place(tmp_path, old: str, new: str, words: str):
-    with pytest.raises(InputError, match=words):
-        model(tmp_path, MODEL.replace(old, new))
-
-
 @pytest.mark.parametrize("case", CASES)
 def test_snapshot_files_keep_couplings(case: str, tmp_path):
     robot = arm(*CASES[case])

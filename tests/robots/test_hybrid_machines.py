@@ -166,25 +166,11 @@ def test_loops_whose_axes_all_meet_leave_their_freedoms(at):
 HEAD = "robostiff: 1\nname: m\nsource: s\nmodules:\n  - name: a\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "place", "words"),
-    [
-        ("    robot: nowhere.yaml\n", "modules[0].robot", "a shipped robot"),
-        ("    robot: machine.yaml\n", "modules[0].robot", "is being read"),
-        ("    robot: cable-8\n", "modules[0].robot", "a shipped robot"),
-        ("    robot: cables.yaml\n", "modules[0].robot", "a model file with legs"),
-        ("    mount: {at: [0, 0, 1 m]}\n", "modules[0]", "one of robot, chain and legs"),
-        ("    robot: hexapod\n    home: {}\n", "modules[0].home", "go with legs"),
-        ("    robot: hexapod\n    parameters: {q: 1}\n", "modules[0].parameters.q", "parameter q"),
-        ("    robot: hexapod\nlegs: []\n", "legs", "legs beside modules"),
-    ],
-)
-def test_mistakes_in_a_file_are_found_at_their_place(tmp_path: Path, text, place, words):
-    (tmp_path / "machine.yaml").write_text(HEAD + text)
+def test_a_module_is_a_robot_of_legs(tmp_path: Path):
+    (tmp_path / "machine.yaml").write_text(HEAD + "    robot: cables.yaml\n")
     (tmp_path / "cables.yaml").write_text("robostiff: 1\nname: c\nsource: s\ncables: []\n")
-    with pytest.raises(rs.FileError, match=words) as caught:
+    with pytest.raises(rs.FileError, match=r"modules\[0\].robot: .*a model file with legs"):
         rs.load(str(tmp_path / "machine.yaml"))
-    assert str(caught.value.location).endswith(place)
 
 
 def test_parameters_of_a_module_are_expressions_of_the_machine(tmp_path: Path):
