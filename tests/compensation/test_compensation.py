@@ -50,15 +50,15 @@ def test_a_robot_of_few_freedoms_is_corrected_where_it_can_be():
 
 
 def test_points_without_an_answer_have_a_status_and_the_others_their_commands():
-    robot = rs.load("delta")
+    robot = rs.load("3-rrr")
     home = rs.find_posture(robot).pose[:, robot.coordinate_places]
     path = home + np.linspace(0, 0.02, 7)[:, None]
-    path[2, 2] = 5.0
-    found = rs.compensate(robot, path, [0, 0, -10.0, 0, 0, 0])
+    path[2, 0] = 5.0
+    found = rs.compensate(robot, path, [0, -10.0, 0])
     assert found.answered.tolist() == [True, True, False, True, True, True, True]
     assert rs.Status(int(found.status_codes[2])) & rs.Status.UNREACHABLE
     assert np.isnan(found.commanded[2]).all()
-    assert np.max(np.abs(np.delete(found.residual, 2, axis=0)[:, :3])) < 1e-12
+    assert np.max(np.abs(np.delete(found.residual, 2, axis=0))) < 1e-12
 
 
 def test_an_arm_has_no_command_for_what_is_too_far():
