@@ -126,27 +126,6 @@ def test_a_step_of_the_force_is_a_jump_of_the_correction():
     assert rs.compensate(robot, path, wrenches[0]).jumps == ()
 
 
-REFUSED = {
-    "three numbers": (lambda r: rs.compensate(r, STRAIGHT, [0, 0, -1]), "one for each point"),
-    "two wrenches": (lambda r: rs.compensate(r, STRAIGHT, np.zeros((2, 6))), "one for each point"),
-    "no robot": (lambda _: rs.compensate(rs.load("cable-8"), STRAIGHT, np.zeros(6)), "a Robot"),  # pyright: ignore[reportArgumentType]
-    "one point": (
-        lambda r: rs.compensate(r, STRAIGHT[:1], np.zeros(6), axes=rs.Axes.PATH),
-        "two points or more",
-    ),
-    "no direction": (
-        lambda r: rs.compensate(r, STRAIGHT[[0, 0, 0]], np.zeros(6), axes=rs.Axes.PATH),
-        "no direction of travel",
-    ),
-}
-
-
-@pytest.mark.parametrize(("made", "message"), REFUSED.values(), ids=REFUSED.keys())
-def test_refused(made, message):
-    with pytest.raises(rs.InputError, match=message):
-        made(rs.load("hexapod"))
-
-
 TEXT = """# milling, 1 mm a tooth
 N;x [mm];z [mm];rz [deg];Fx [N];Fz [kN];comment;depth [mm]
 10;-50,5;900;3;500;-2;cut;1

@@ -17,6 +17,7 @@ import sympy as sp
 import robostiff as rs
 from robostiff import elasticity, elastostatics, model, spatial
 from robostiff.analysis import indices
+from tests.plot.machines import hexapod_deflection, tripod_map
 from tests.said import now, on_file, said, write
 
 PAGE = Path(__file__).parent / "misuse.txt"
@@ -69,6 +70,8 @@ NAMES: dict[str, Any] = {
     **{"put": put, "arm": arm},
     **{str(symbol): symbol for symbol in sp.symbols("d h L k c E G", positive=True)},
     **{"platform": PLATFORM, "compiled": compiled, "by_R": by_R, "mapped": mapped},
+    **{"tripod_map": tripod_map, "hexapod_deflection": hexapod_deflection},
+    **{"DATA": rs.plot.PictureData()},
     **{"steel": rs.material("steel"), "bar": rs.circle(0.02), "here": rs.Frame.identity()},
 }  # fmt: skip
 
