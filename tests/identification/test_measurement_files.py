@@ -265,4 +265,4 @@ def test_a_posture_beyond_limits(arm, tmp_path):
     rows = [f"{k},20,15,10,50,0,m,1,2,{k}" for k in (10, 20, 175, 30)]
     measured = read(arm, tmp_path, "\n".join([HEAD, *rows]))
     with pytest.raises(rs.InputError, match=r"posture of .*csv:4: got 'beyond-limits'"):
-        rs.identify(arm, measured, ["arm/joint1"])
+        rs.identify(arm, measured, ["arm/joint1", "arm/joint2"])
