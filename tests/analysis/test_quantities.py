@@ -18,7 +18,6 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.indices import directional_stiffness, eigenstiffness
-from robostiff.elasticity import elasticity_from_stiffness
 from robostiff.errors import InputError
 from robostiff.io.units import make_quantity, make_unit
 from robostiff.network import compliance_between
@@ -266,12 +265,6 @@ def test_parameters_of_model_files():
         kernel.evaluate(AT[None], parameters={"R": Q(500, "mm")})
 
 
-def test_reference_points_of_machines_are_not_stripped_of_their_unit(robot):
-    module = rs.Module("platform", robot)
-    with pytest.raises(InputError, match="reference point"):
-        rs.hybrid_machine([module], reference_point=Q([0, 0, 100], "mm"))
-
-
 def test_parts_of_models():
     assert rs.circle(Q(20, "mm")) == rs.circle(0.02)
     assert rs.tube(Q(20, "mm"), Q(1, "cm")) == rs.tube(0.02, 0.01)
@@ -283,42 +276,6 @@ def test_parts_of_models():
     tensions = rs.GivenTensions(Q(np.full(8, 0.1), "kN"))
     found = rs.cable_tensions(rs.load("cable-8"), tensions=tensions).tensions
     np.testing.assert_allclose(found, 100.0)
-
-
-REFUSED: dict[str, Callable[[], Any]] = {
-    "diameter": lambda: rs.circle(Q(20, "N")),
-    "modulus": lambda: rs.Material("steel", Q(210, "GPa"), Q(80, "m"), "here"),
-    "stiffness of a spring": lambda: rs.rotational_spring(Q(1, "N / m"), [0, 0, 1]),
-    "stiffness matrix": lambda: elasticity_from_stiffness(Q(np.eye(6), "N / m")),
-    "compliance matrix": lambda: rs.Elasticity(Q(np.eye(6), "m / N")),
-    "chain": lambda: rs.chain_stiffness(Q(np.eye(6), "m / N"), np.zeros((6, 0))),
-    "axes of a frame": lambda: rs.Frame(Q(np.eye(3), "m"), np.zeros(3)),
-    "axis of a joint": lambda: rs.revolute(Q([0, 0, 1], "m"), rs.Passive()),
-    "home of a joint": lambda: rs.revolute([0, 0, 1], rs.Passive(), home=[Q(1, "deg")]),
-    "stiffness of a drive": lambda: rs.Actuated(Q(1, "N / m")),
-    "limits of a drive": lambda: rs.Actuated(1e5, limits=(Q(1, "mm"), Q(2, "mm"))),
-    "end of a beam": lambda: rs.beam_link(Q([0, 0, 1], "m"), rs.material("steel"), rs.circle(0.01)),
-    "share of a beam": lambda: rs.TelescopicBeam(
-        rs.material("steel"), rs.circle(0.01), share=Q(1, "m")
-    ),
-    "exit of a cable": lambda: rs.Cable("c", Q([0, 0, 1], "m"), [0, 0, 0], EA=1e4),
-    "tension of a cable": lambda: rs.Cable(
-        "c", [0, 0, 1], [0, 0, 0], EA=1e4, greatest_tension=Q(2, "kN")
-    ),
-    "weight": lambda: rs.Weight(Q([0, 0, -100], "N")),
-    "joints of a linkage": lambda: rs.network_at(
-        rs.load_linkage("double-pantograph"), {"left foot": [Q(1, "deg")]}
-    ),
-    "coordinate of a formula": lambda: rs.derive(
-        "gough-stewart-b", symbols=("R",), pose=rs.AtCoordinates({"x": Q(1, "deg")})
-    ),
-}
-
-
-@pytest.mark.parametrize("make", REFUSED.values(), ids=REFUSED)
-def test_what_takes_no_quantities_says_so(make):
-    with pytest.raises(InputError):
-        make()
 
 
 class ForeignArray(np.ndarray):

@@ -161,43 +161,6 @@ def test_robots_lists_names_and_sources():
     assert all(in_words(robot["source"]) in html for robot in listed)
 
 
-BAD = {
-    ("stiffness", "3-puu", "--pose", "0 0"): "expected 3 numbers (x y z) or 6 (x y z rx ry rz)",
-    ("stiffness", "3-rrr", "--pose", "0 0 0.1 0 0 0"): "a pose out of its plane",
-    ("stiffness", "hexapod", "--at", "1e300 0 0"): "expected a finite number up to 1e30",
-    ("deflection", "hexapod", "--wrench", "1e300 0 0 0 0 0"): "finite number up to 1e30",
-    ("stiffness", "hexapod", "--set", "h=1", "--set", "h=2"): "one value for h",
-    ("stiffness", "gough-stewart-b", "--method", "blok"): "did you mean block?",
-    ("stiffness", "gough-stewart-b", "--pose", "0 0"): "--pose: got 2 numbers, expected 6: x y z",
-    ("stiffness", "gough-stewart-b", "--pose", "0 0 0.8 0 0 10 dog"): "did you mean deg?",
-    ("stiffness", "gough-stewart-b", "--pose", "0 0 0.8 kg 0 0 0"): "expected a length",
-    ("stiffness", "gough-stewart-b", "--at", "0 0"): "--at: got 2 numbers, expected 3",
-    ("stiffness", "gough-stewart-b", "--joints", "0 0"): "got 2 numbers, expected 6",
-    ("stiffness", "gough-stewart-b", "--set", "R"): "NAME=VALUE",
-    ("stiffness", "gough-stewart-b", "--set", "q=1"): "one of the parameters R, r, h, k",
-    ("stiffness", "gugh-stewart-b"): "did you mean gough-stewart-b?",
-    ("stiffness", "missing.yaml"): "robot: got 'missing.yaml', expected a file that exists\n",
-    ("stiffness", "missing"): "expected a file, or the name of a shipped robot",
-    ("deflection", "gough-stewart-b", "--wrench", "1 2 3"): "--wrench: got 3 numbers, expected 6",
-    ("stiffness", str(CASES / "a01_cantilever_x.json"), "--pose", "0 0 0 0 0 0"): "is frozen at",
-}
-
-
-@pytest.mark.parametrize(("arguments", "message"), BAD.items(), ids=lambda item: str(item)[-40:])
-def test_bad_input_ends_with_a_message_and_status_two(arguments, message):
-    outcome = run(*arguments)
-    assert outcome.exit_code == 2
-    assert message in outcome.stderr
-    assert outcome.stderr.startswith("robostiff: error: ")
-    assert outcome.stdout == ""
-
-
-def test_pose_and_joints_exclude_each_other():
-    outcome = run("stiffness", "two-link-arm", "--pose", "0 0 0 0 0 0", "--joints", "0 0")
-    assert outcome.exit_code == 2
-    assert "one of them" in outcome.stderr
-
-
 def test_the_installed_command_runs_in_a_process_of_its_own():
     command = [sys.executable, "-m", "robostiff.cli.main", "stiffness", "gough-stewart-b"]
     outcome = subprocess.run(command, capture_output=True, text=True, check=False)

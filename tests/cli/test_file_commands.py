@@ -86,7 +86,6 @@ def test_schema_is_printed_and_written(form, schema):
     assert run("schema", form, "-o", "schema.json").stdout == "schema.json\n"
     assert json.loads(Path("schema.json").read_text()) == schema()
     assert "write --overwrite" in refused("schema", form, "-o", "schema.json")
-    assert "did you mean model?" in refused("schema", "modell")
 
 
 @pytest.mark.parametrize("template", templates())
@@ -121,11 +120,6 @@ def test_new_replaces_nothing():
     for name in ("arm", "arm.yaml", "link"):
         assert "expected a new file; take another name" in refused("new", name)
     assert Path("arm.yaml").read_text() == "mine"
-    assert "in an existing folder" in refused("new", "there/arm")
-    assert "did you mean planar?" in refused("new", "robot", "--template", "plannar")
-    message = refused("new", "robot", "--template", "orthog")
-    assert "expected a template or a shipped robot: orthoglide, arm" in message
-    assert "did you mean orthoglide?" in message
     assert sorted(path.name for path in Path().iterdir()) == ["arm.yaml", "link.yaml"]
 
 
@@ -166,13 +160,6 @@ def test_rows_of_a_file_stand_in_a_line_each():
 def test_what_cannot_be_converted():
     message = refused("convert", "3-puu", "--pose", "1 0 0.3 0 0 0", status=1)
     assert "error: no snapshot of '3-puu': " in message
-    assert "got a cable robot, expected a robot" in refused("convert", "cable-8")
-    assert "write --to graph" in refused("convert", "double-pantograph")
-    flexible = str(ROOT / "docs/star-platform.yaml")
-    assert "got a flexible platform, expected a rigid one; write --to graph" in refused(
-        "convert", flexible
-    )
-    assert "did you mean graph?" in refused("convert", "hexapod", "--to", "graf")
     assert run("convert", "double-pantograph", "--to", "graph").exit_code == 0
 
 
@@ -224,12 +211,7 @@ def test_a_law_of_a_drive_that_moves_a_sum_of_joints_is_not_lost_in_silence():
     assert "the stiffness of arm/left motor at this pose" in message
 
 
-def test_a_converted_robot_has_the_ending_of_its_form():
-    for form, name in (("snapshot", "a.xyz"), ("snapshot", "a"), ("graph", "a.mat")):
-        message = refused("convert", "hexapod", "--to", form, "-o", name)
-        assert "expected a name that ends in .json" in message
-        assert "write --to " in message
-        assert "--to opensees for .tcl or .py" in message
+def test_a_converted_robot_is_printed_where_no_file_is_asked_for():
     printed = run("convert", "hexapod", "-o", "-").stdout
     assert json.loads(printed)["name"] == "hexapod"
     assert not list(Path().iterdir())
@@ -239,8 +221,6 @@ def test_a_kernel_is_written_for_all_poses():
     run("convert", "3-rpr", "--to", "c", "-o", "k.c")
     assert Path("k.c").read_text() == rs.compile(rs.load("3-rpr")).source(rs.SourceLanguage.C)
     assert "__global__ void stiffness(" in run("convert", "3-rpr", "--to", "cuda").stdout
-    assert "none beside --to c" in refused("convert", "3-rpr", "--to", "c", "--pose", "0 0 0")
-    assert "expected a Robot or a Linkage" in refused("convert", "cable-8", "--to", "c")
 
 
 def test_a_file_that_is_replaced_keeps_its_permissions_and_links():

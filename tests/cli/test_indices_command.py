@@ -1,7 +1,6 @@
 """``robostiff indices`` as a user types it."""
 
 import numpy as np
-import pytest
 
 import robostiff as rs
 from tests.cli.running import Running
@@ -52,19 +51,3 @@ def test_a_pose_out_of_reach_is_a_bad_status():
     outcome = run("3-puu", "--pose", "0.8 0 0.3")
     assert outcome.exit_code == 1
     assert "falls short of the pose" in outcome.stdout
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("hexapod", "--length", "0 m"), "characteristic length: got 0.0"),
-        (("hexapod", "--length", "5 N"), "expected a length, such as 300 mm"),
-        (("cable-8",), "expected a robot with legs"),
-        (("hexapot",), "did you mean hexapod?"),
-    ],
-)
-def test_bad_input_ends_with_a_message_and_status_two(arguments, message: str):
-    outcome = run(*arguments)
-    assert outcome.exit_code == 2
-    assert message in outcome.stderr
-    assert outcome.stdout == ""

@@ -189,49 +189,6 @@ def test_large_maps_have_a_kernel_unless_asked_otherwise():
     assert run(*many, "--batched", "--resume").exit_code == 2
 
 
-BAD = {
-    ("3-rpr", "-o", "map.nc"): 'write --x "-100 mm 100 mm 21"',
-    (*GRID, "-o", "map.txt"): "or - for the summary alone; write -o map.zarr",
-    (*GRID, "-o", "missing/map.nc"): "existing folder",
-    (*GRID, "-o", "map.nc", "--resume"): "no other can be resumed",
-    (*GRID, "-o", "map.nc", "--quantity", "stifness"): "did you mean stiffness?",
-    (
-        *GRID,
-        "-o",
-        "-",
-        "--quantity",
-        "deflection",
-    ): "wrench of deflection: expected 3 numbers: Fx Fy",
-    (*GRID, "-o", "map.nc", "--threads", "1", "--workers", "1"): "one of them",
-    (*GRID, "-o", "map.nc", "--poses", "a.csv"): "no --x, --joint, --factor or --random",
-    (*GRID, "-o", "map.nc", "--joint", "q 0 1 2"): "joints pose serial arms",
-    (*GRID, "-o", "map.nc", "--random", "10"): "--x: got 3 numbers, expected 2: start stop",
-    ("3-rpr", "--x", "0 1", "-o", "map.nc"): "--x: got 2 numbers, expected 3: start stop count",
-    ("3-rpr", "--x", "0 1 kg 3", "-o", "map.nc"): "expected a length",
-    ("3-rpr", "--x", "0 1 2.5", "-o", "map.nc"): "count of x: got 2.5, expected a whole number",
-    ("3-rpr", "--poses", "none.csv", "-o", "map.nc"): "expected a readable file",
-    ("two-link-arm", "--joint", "wrist 0 1 2", "-o", "map.nc"): "a joint (shoulder, elbow)",
-    ("3-rpr", "--z", "0 1 3", "-o", "map.nc"): "some of x, y, rz",
-}
-
-
-@pytest.mark.parametrize(("arguments", "message"), BAD.items(), ids=lambda item: str(item)[-40:])
-def test_bad_input_ends_with_a_message_and_status_two(arguments, message, tmp_path):
-    outcome = run(*arguments)
-    assert outcome.exit_code == 2
-    assert message in outcome.stderr
-    assert outcome.stderr.startswith("robostiff: error: ")
-    assert outcome.stdout == ""
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_snapshot_cannot_be_mapped():
-    snapshot = Path(__file__).parent.parent / "cases" / "data" / "a01_cantilever_x.json"
-    outcome = run(str(snapshot), "--x", "0 1 2", "-o", "map.nc")
-    assert outcome.exit_code == 2
-    assert "frozen at its own pose" in outcome.stderr
-
-
 REDUCED = (
     *("3-rpr", "--random", "2000", "--x", "-0.1 0.1", "--rz", "-0.2 0.2"),
     *("--reduce", "extremes", "--reduce", "quantiles 0.05 0.5"),
@@ -257,21 +214,3 @@ def test_reductions_are_printed_and_can_go_on():
     assert "translational_stiffness_extreme [N/m]" in again.stdout
     assert [path.name for path in Path().iterdir()] == ["map.npz"]
     assert run(*REDUCED, "-o", "-").stdout == again.stdout.replace(" in map.npz", "")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--reduce", "mean", "-o", "-"), "extremes, quantiles 0.05"),
-        (("--reduce", "above 1e6", "-o", "-"), "VARIABLE"),
-        (("--reduce", "histogram rotational_stiffness", "-o", "-"), "EDGES"),
-        (("--reduce", "quantiles 1 much", "-o", "-"), "extremes, quantiles"),
-        (("--reduce", "extremes", "-o", "map.nc"), ".npz"),
-        (("-o", "map.npz"), ".zarr or .nc"),
-        (("--reduce", "extremes", "-o", "-", "--plot", "a.svg"), "keeps no map"),
-    ],
-)
-def test_reductions_that_are_none(arguments, words):
-    outcome = run(*GRID, *arguments)
-    assert outcome.exit_code == 2
-    assert words in outcome.stderr

@@ -76,36 +76,6 @@ def test_no_file_is_replaced_unasked(tmp_path):
     assert file.read_text() != "mine"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("hexapod", "--what", "ellipsoid"), "did you mean ellipsoids?"),
-        (("hexapod", "--what", "energy"), "expected --wrench beside it"),
-        (("hexapod", "--what", "matrix", *LOAD), "expected --what deflection or energy"),
-        (("hexapod", "--what", "map"), "robostiff map hexapod"),
-        (("hexapod", "--quantity", "rank"), "expected --what map beside it"),
-        (("hexapod", "--what", "ellipsoids", "--quality", "stif"), "rotational-stiffness"),
-        (("cable-8", "--what", "energy", *LOAD), "expected a robot with legs"),
-        (("double-pantograph", "--what", "modes"), "expected masses of bodies, by name [kg]"),
-        (("map.nc", "--what", "robot"), "with --what map"),
-        (("map.nc",), "expected a file or store that is there"),
-        (("map.nc", "--cut", "z"), "expected NAME=VALUE"),
-    ],
-)
-def test_what_cannot_be_drawn_is_refused(tmp_path, arguments, message):
-    file = tmp_path / "picture.svg"
-    outcome = run(*arguments, "-o", str(file))
-    assert outcome.exit_code == 2
-    assert message in outcome.stderr
-    assert not file.exists()
-
-
-def test_other_endings_are_refused(tmp_path):
-    outcome = run("hexapod", "-o", str(tmp_path / "picture.jpeg"))
-    assert outcome.exit_code == 2
-    assert "a name that ends in .png, .svg, .pdf, .html" in outcome.stderr
-
-
 def test_a_map_is_drawn_with_and_after_its_computation(tmp_path):
     store, first = tmp_path / "map.nc", tmp_path / "first.svg"
     axes = ("--x", "-0.4 0.4 5", "--y", "-0.4 0.4 4", "--z", "0.2 0.4 3")

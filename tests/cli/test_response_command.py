@@ -42,31 +42,3 @@ def test_what_is_rounding_is_shown_as_none():
     text = run(PORTAL, "--load", "top=0 1 kN 0").stdout
     assert "left foot   none" in text
     assert "elastic energy" in text
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ([PORTAL], "expected --load, --along, --on or --settle"),
-        ([PORTAL, "--load", "corner=1 kN 0"], "expected 3 numbers (Fx Fy Fz) or 6 (Fx Fy Fz Mx"),
-        ([PORTAL, "--load", "corner=1 m 0 0"], "item 1 (Fx): got '1 m', expected a force"),
-        ([PORTAL, "--load", "corner"], "expected NAME=NUMBERS"),
-        ([PORTAL, "--along", "beam=1 N 0 0"], "(qx): got '1 N', expected a force per length"),
-        ([PORTAL, "--along", "boom=1 N/m 0 0"], "expected one of beam, left post, right post"),
-        ([PORTAL, "--settle", "top=0 0 0 0 0 0"], "expected a fixed node: left foot, right foot"),
-        ([PORTAL, "--load", "top=0 0 1", "--load", "top=0 0 1"], "expected one value for top"),
-        (["hexapod", "--load", "top=0 0 1"], "robostiff convert hexapod --to graph"),
-    ],
-)
-def test_bad_loads(arguments, message):
-    shown = run(*arguments)
-    assert shown.exit_code == 2
-    assert message in shown.stderr
-
-
-def test_opensees_is_written_to_files_of_its_own(tmp_path):
-    path = tmp_path / "portal.txt"
-    shown = Running("convert")(PORTAL, "--to", "opensees", "-o", str(path))
-    assert shown.exit_code == 2
-    assert "expected a name that ends in .tcl or .py" in shown.stderr
-    assert not path.exists()

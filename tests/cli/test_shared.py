@@ -238,12 +238,6 @@ def test_nearest_command_and_option_are_named():
     assert "robostiff -h lists them" in run("qqq").stderr
 
 
-def test_nearest_name_comes_first():
-    message = run("check", "hexapodd").stderr
-    assert "the name of a shipped robot: hexapod, 3-prs" in message
-    assert message.rstrip().endswith("did you mean hexapod?")
-
-
 def test_all_mistakes_of_a_file_are_shown(tmp_path):
     file = tmp_path / "arm.yaml"
     file.write_text(BENT.replace("material", "matter").replace("name: arm\n    ", "nam: 3\n    "))

@@ -50,15 +50,15 @@ def test_a_robot_of_few_freedoms_is_corrected_where_it_can_be():
 
 
 def test_points_without_an_answer_have_a_status_and_the_others_their_commands():
-    robot = rs.load("delta")
+    robot = rs.load("3-rrr")
     home = rs.find_posture(robot).pose[:, robot.coordinate_places]
     path = home + np.linspace(0, 0.02, 7)[:, None]
-    path[2, 2] = 5.0
-    found = rs.compensate(robot, path, [0, 0, -10.0, 0, 0, 0])
+    path[2, 0] = 5.0
+    found = rs.compensate(robot, path, [0, -10.0, 0])
     assert found.answered.tolist() == [True, True, False, True, True, True, True]
     assert rs.Status(int(found.status_codes[2])) & rs.Status.UNREACHABLE
     assert np.isnan(found.commanded[2]).all()
-    assert np.max(np.abs(np.delete(found.residual, 2, axis=0)[:, :3])) < 1e-12
+    assert np.max(np.abs(np.delete(found.residual, 2, axis=0))) < 1e-12
 
 
 def test_an_arm_has_no_command_for_what_is_too_far():
@@ -124,27 +124,6 @@ def test_a_step_of_the_force_is_a_jump_of_the_correction():
     wrenches[:, 2] = np.where(np.arange(40) < 25, -1000.0, -3000.0)
     assert rs.compensate(robot, path, wrenches).jumps == (25,)
     assert rs.compensate(robot, path, wrenches[0]).jumps == ()
-
-
-REFUSED = {
-    "three numbers": (lambda r: rs.compensate(r, STRAIGHT, [0, 0, -1]), "one for each point"),
-    "two wrenches": (lambda r: rs.compensate(r, STRAIGHT, np.zeros((2, 6))), "one for each point"),
-    "no robot": (lambda _: rs.compensate(rs.load("cable-8"), STRAIGHT, np.zeros(6)), "a Robot"),  # pyright: ignore[reportArgumentType]
-    "one point": (
-        lambda r: rs.compensate(r, STRAIGHT[:1], np.zeros(6), axes=rs.Axes.PATH),
-        "two points or more",
-    ),
-    "no direction": (
-        lambda r: rs.compensate(r, STRAIGHT[[0, 0, 0]], np.zeros(6), axes=rs.Axes.PATH),
-        "no direction of travel",
-    ),
-}
-
-
-@pytest.mark.parametrize(("made", "message"), REFUSED.values(), ids=REFUSED.keys())
-def test_refused(made, message):
-    with pytest.raises(rs.InputError, match=message):
-        made(rs.load("hexapod"))
 
 
 TEXT = """# milling, 1 mm a tooth

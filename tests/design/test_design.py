@@ -146,33 +146,6 @@ def test_a_spread_stiffness_spreads_the_deflection_by_its_reciprocal(platform):
         assert abs(value[0] - exact) < 1e-3 * exact + 5 * error[0]
 
 
-REFUSED = {
-    "no symbol": (lambda r: rs.tolerances(r, {"z": rs.Uniform(0.1)}), "a symbol of it: R, k, r"),
-    "no unit": (lambda r: rs.tolerances(r, {"k": 0.1}), "Uniform\\(0.2\\) or Normal"),  # pyright: ignore[reportArgumentType]
-    "no spread": (lambda r: rs.tolerances(r, {"k": rs.Uniform(0.0)}), "more than zero"),
-    "no variables": (lambda r: rs.optimise(r, rs.WorstDeflection(), {}), "names with ranges"),
-    "a range": (lambda r: rs.optimise(r, rs.WorstDeflection(), {"R": (2, 1)}), "a lower and a"),
-    "a start": (
-        lambda r: rs.optimise(r, rs.WorstDeflection(), {"R": (0.2, 1)}, start={"r": 0.5}),
-        "start of a variable: got 'r', expected one of R",
-    ),
-    "a matrix": (lambda r: rs.optimise(r, rs.StiffnessMatrix(), {"R": (1, 2)}), "numbers a pose"),
-    "an entry": (lambda r: rs.compile(r, [rs.EntryOf(rs.StiffnessMatrix(), (6, 0))]), "places in"),
-    "no limit": (lambda _: rs.Within(rs.TotalMass()), "most=, least= or both"),
-    "names": (lambda _: rs.Gradient(rs.WorstDeflection(), "R"), "names, each once"),
-    "quantile": (
-        lambda r: rs.tolerances(r, {"k": rs.Uniform(0.1)}, samples=8).quantile("K", 0.5),
-        "worst_deflection",
-    ),
-}
-
-
-@pytest.mark.parametrize(("made", "message"), REFUSED.values(), ids=REFUSED.keys())
-def test_refused(platform, made, message):
-    with pytest.raises(rs.InputError, match=message):
-        made(platform)
-
-
 def test_an_optimum_needs_a_start_with_an_answer(platform):
     far = np.array([[50.0, 0, 0, 0, 0, 0]])
     robot = rs.load("3-rrr", symbols=("R",))

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robostiff.elasticity import (
-    CrossSection,
     box,
     circle,
     i_section,
@@ -195,107 +194,6 @@ def test_units_of_length_scale_out(length_unit):
             expected = getattr(ours, name) * length_unit**4
             assert getattr(theirs, name) == pytest.approx(expected, rel=1e-12)
         assert theirs.shear_factor_y == pytest.approx(ours.shear_factor_y, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (circle, "diameter of the circle"),
-        (lambda x: tube(x, 0.01), "outer diameter of the tube"),
-        (lambda x: tube(0.02, x), "inner diameter of the tube"),
-        (lambda x: rectangle(x, 0.01), "width of the rectangle along y"),
-        (lambda x: rectangle(0.01, x), "height of the rectangle along z"),
-        (lambda x: box(x, 0.1, 0.01), "outer width of the box along y"),
-        (lambda x: box(0.1, x, 0.01), "outer height of the box along z"),
-        (lambda x: box(0.1, 0.1, x), "wall of the box"),
-        (lambda x: i_section(x, 0.2, 0.01, 0.01), "flange width of the I-section"),
-        (lambda x: i_section(0.1, x, 0.01, 0.01), "height of the I-section"),
-        (lambda x: i_section(0.1, 0.2, x, 0.01), "web thickness of the I-section"),
-        (lambda x: i_section(0.1, 0.2, 0.01, x), "flange thickness of the I-section"),
-    ],
-)
-def test_dimensions_must_be_positive(make, words):
-    for bad in (0.0, -0.02, math.nan, math.inf, "20 mm", None, True):
-        with pytest.raises(InputError) as error:
-            make(bad)
-        got = "" if bad is None else f"got {bad!r}, "
-        assert str(error.value).startswith(f"{words}: {got}expected a positive finite number [m]")
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (
-            lambda: tube(0.02, 0.03),
-            "inner diameter of the tube: got 0.03, expected less than the outer diameter 0.02; "
-            "write tube(outer_diameter, inner_diameter), diameters and not radii",
-        ),
-        (
-            lambda: tube(0.02, 0.02),
-            "inner diameter of the tube: got 0.02, expected less than the outer diameter 0.02; "
-            "write tube(outer_diameter, inner_diameter), diameters and not radii",
-        ),
-        (
-            lambda: tube(0.02, 0.0),
-            "inner diameter of the tube: got 0.0, expected a positive finite number [m]; "
-            "for a full bar use circle(diameter)",
-        ),
-        (
-            lambda: box(0.1, 0.06, 0.03),
-            "wall of the box: got 0.03, expected less than half the height, 0.03",
-        ),
-        (
-            lambda: i_section(0.1, 0.2, 0.1, 0.01),
-            "web thickness of the I-section: got 0.1, expected less than the flange width, 0.1",
-        ),
-        (
-            lambda: i_section(0.1, 0.2, 0.01, 0.1),
-            "flange thickness of the I-section: got 0.1, expected less than half the height, 0.1",
-        ),
-    ],
-)
-def test_messages(make, message):
-    with pytest.raises(InputError) as error:
-        make()
-    assert str(error.value) == message
-
-
-@pytest.mark.parametrize("nu", [0.5, -1, math.nan, "0.3"])
-def test_poisson_ratio_is_checked(nu):
-    for make in (
-        lambda: circle(1, poisson_ratio=nu),
-        lambda: tube(2, 1, poisson_ratio=nu),
-        lambda: rectangle(1, 1, poisson_ratio=nu),
-        lambda: box(1, 1, 0.1, poisson_ratio=nu),
-        lambda: i_section(1, 1, 0.1, 0.1, poisson_ratio=nu),
-    ):
-        with pytest.raises(InputError, match="Poisson ratio"):
-            make()
-
-
-@pytest.mark.parametrize(
-    ("field", "words", "unit"),
-    [
-        ("A", "area A", " [m^2]"),
-        ("Iy", "second moment of area Iy", " [m^4]"),
-        ("Iz", "second moment of area Iz", " [m^4]"),
-        ("J", "torsion constant J", " [m^4]"),
-        ("shear_factor_y", "shear correction factor along y", ""),
-        ("shear_factor_z", "shear correction factor along z", ""),
-    ],
-)
-def test_cross_section_messages(field, words, unit):
-    numbers = {"A": 1e-4, "Iy": 1e-9, "Iz": 1e-9, "J": 1e-9} | {field: -2.5}
-    with pytest.raises(InputError) as error:
-        CrossSection(**numbers)
-    assert str(error.value) == (
-        f"{words} of the cross-section: got -2.5, expected a positive finite number{unit}"
-    )
-
-
-def test_cross_section_numbers_are_needed():
-    with pytest.raises(InputError, match="torsion constant J"):
-        CrossSection(1.0, 1.0, 1.0, None)  # type: ignore[arg-type]
 
 
 def test_a_missing_package_is_named_with_its_extra(monkeypatch):

@@ -9,14 +9,12 @@ from scipy.spatial.transform import Rotation
 from robostiff.elasticity import (
     Elasticity,
     beam_compliance,
-    beam_stiffness,
     elasticity_from_compliance,
     elasticity_from_stiffness,
     material,
     moved,
     rectangle,
 )
-from robostiff.errors import InputError
 
 seeds = st.integers(0, 2**32 - 1)
 ranks = st.integers(0, 6)
@@ -98,16 +96,6 @@ def test_soft_is_not_free():
     assert spring.compliance[2, 2] == pytest.approx(10.0, rel=1e-14)
 
 
-def test_a_huge_number_for_rigid_is_refused_not_guessed():
-    with pytest.raises(InputError) as error:
-        elasticity_from_stiffness(np.diag([1e20, 1e20, 1e5, 1e3, 1e3, 1e3]))
-    assert str(error.value) == (
-        "stiffness matrix, entry [Fz, dz] = 100000 beside [Fx, dx] = 1e+20: expected a ratio above "
-        "1e-12, between a soft direction and a free one; write 0 for a free direction; for a "
-        "rigid one give the compliance, with a 0 there: elasticity_from_compliance(C)"
-    )
-
-
 def test_small_asymmetry_is_averaged():
     K = np.diag([1e6, 2e6, 3e6, 100.0, 200.0, 300.0])
     K[0, 1] = 2e-4
@@ -119,103 +107,10 @@ def test_small_asymmetry_is_averaged():
 
 
 def test_asymmetry_is_measured_against_its_own_block():
-    # The rotation block is 1e7 times smaller than the translation block: 1e-3 N m/rad there is no
-    # rounding, and must be seen.
-    K = np.diag([1e9, 1e9, 1e9, 100.0, 100.0, 100.0])
-    K[3, 4] = 1e-3
-    with pytest.raises(InputError) as error:
-        elasticity_from_stiffness(K)
-    assert str(error.value).startswith(
-        "stiffness matrix, entries [Mx, ry] = 0.001 and [My, rx] = 0: expected a symmetric matrix"
-    )
+    """1e-3 N m/rad in the rotations of this matrix is refused, see tests/laws/misuse.txt."""
     K = np.diag([1e9, 1e9, 1e9, 100.0, 100.0, 100.0])
     K[0, 4] = 1e-4  # against sqrt(1e9 * 100) = 3e5
     elasticity_from_stiffness(K)
-
-
-def test_the_worst_pair_is_named():
-    # The slip of a beam matrix typed by hand: 4EI/L in place of 6EI/L^2.
-    K = np.array(beam_stiffness(0.5, material("steel"), rectangle(0.02, 0.05)))
-    K[4, 2] *= 4 / 6
-    K[5, 1] *= 0.999
-    with pytest.raises(InputError) as error:
-        elasticity_from_stiffness(K)
-    message = str(error.value)
-    assert message.startswith(
-        f"stiffness matrix, entries [Fz, ry] = {K[2, 4]:.10g} and [My, dz] = {K[4, 2]:.10g}: "
-        "expected a symmetric matrix; rows are (Fx, Fy, Fz, Mx, My, Mz), columns (dx, dy, dz, rx, "
-        "ry, rz)"
-    )
-
-
-def test_compliance_is_named_the_other_way_round():
-    C = np.eye(6)
-    C[1, 5] = 0.3
-    with pytest.raises(InputError) as error:
-        elasticity_from_compliance(C)
-    assert str(error.value).startswith(
-        "compliance matrix, entries [dy, Mz] = 0.3 and [rz, Fy] = 0: expected a symmetric matrix"
-    )
-
-
-@pytest.mark.parametrize(
-    ("make", "words", "unit", "axis"),
-    [
-        (elasticity_from_stiffness, "stiffness", "N/m", "dy"),
-        (elasticity_from_compliance, "compliance", "m/N", "Fy"),
-    ],
-)
-def test_negative_directions_are_named(make, words, unit, axis):
-    with pytest.raises(InputError) as error:
-        make(np.diag([1.0, -2.0, 3.0, 1.0, 1.0, 1.0]))
-    assert str(error.value).startswith(
-        f"{words} matrix, eigenvalue -2 {unit} along {axis} (rotations scaled by "
-    )
-    assert "expected no negative eigenvalue" in str(error.value)
-
-
-@pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])
-def test_the_length_of_a_negative_rotation_is_reported(length):
-    K = np.diag([4.0, 4.0, 4.0, *(4.0 * length**2 * np.ones(3))])
-    K[1, 5] = K[5, 1] = 6.0 * length
-    with pytest.raises(InputError) as error:
-        elasticity_from_stiffness(K)
-    # the wrong sign of a coupling: |K[y, rz]| above sqrt(K[y, y] K[rz, rz])
-    words = f"eigenvalue -2 N/m along 0.71 dy - 0.71 rz (rotations scaled by {length:.3g} m)"
-    assert words in str(error.value)
-    with pytest.raises(InputError) as error:
-        elasticity_from_compliance(K)
-    assert f"(rotations scaled by {1 / length:.3g} m)" in str(error.value)
-
-
-@pytest.mark.parametrize("make", [elasticity_from_stiffness, elasticity_from_compliance])
-def test_only_a_wholly_negative_or_coupled_zero_block_is_wrong(make):
-    with pytest.raises(InputError, match="negative eigenvalue"):
-        make(-np.eye(6))
-    K = np.diag([0.0, 1.0, 1.0, 1.0, 1.0, 1.0])
-    K[0, 5] = K[5, 0] = 0.1
-    with pytest.raises(InputError, match="negative eigenvalue"):
-        make(K)
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (elasticity_from_stiffness, "stiffness matrix"),
-        (elasticity_from_compliance, "compliance matrix"),
-    ],
-)
-def test_shape_and_numbers(make, words):
-    with pytest.raises(InputError) as error:
-        make(np.eye(3))
-    assert str(error.value).startswith(f"shape of the {words}: got (3, 3), expected (6, 6), rows (")
-    bad = np.eye(6)
-    bad[2, 4] = np.nan
-    with pytest.raises(InputError, match=f"{words}, entry .* = nan: expected a finite number"):
-        make(bad)
-    for junk in ("diag", [[1, 2], [3]], None, np.full((6, 6), "x")):
-        with pytest.raises(InputError, match=words):
-            make(junk)
 
 
 def test_rigid_directions_of_a_compliance_are_allowed():
@@ -254,29 +149,3 @@ def test_moved_batches():
     far = moved(Elasticity(C), np.eye(3), [0, 0, 1]).compliance
     single = moved(Elasticity(C[1]), np.eye(3), [0, 0, 1]).compliance
     np.testing.assert_allclose(far[1], single, rtol=1e-14, atol=0)
-
-
-def test_messages_of_moved():
-    spring = Elasticity(np.eye(6))
-    words = "a 3x3 rotation matrix, its columns the axes of the spring in those of the element"
-    with pytest.raises(InputError) as error:
-        moved(spring, np.diag([1, 1, -1]), [0, 0, 0])
-    assert str(error.value) == (
-        f"rotation of the spring, determinant -1: expected {words}; "
-        "these axes are left-handed: reverse one of them"
-    )
-    with pytest.raises(InputError) as error:
-        moved(spring, np.diag([1, 1, 1.1]), [0, 0, 0])
-    assert str(error.value) == (
-        f"rotation of the spring, R^T R off the identity by 0.21: expected {words}"
-    )
-    for junk in (np.eye(2), "x"):
-        with pytest.raises(InputError, match=r"rotation of the spring: .*expected a 3x3"):
-            moved(spring, junk, [0, 0, 0])
-    with pytest.raises(InputError, match=r"rotation of the spring, entry \[0, 0\]: got nan"):
-        moved(spring, np.full((3, 3), np.nan), [0, 0, 0])
-    for junk in ([0, 0], "x"):
-        with pytest.raises(InputError, match=r"offset of the spring: .*three finite numbers"):
-            moved(spring, np.eye(3), junk)
-    with pytest.raises(InputError, match=r"offset of the spring, entry \[2\]: got inf"):
-        moved(spring, np.eye(3), [0, 0, np.inf])

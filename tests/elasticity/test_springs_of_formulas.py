@@ -72,21 +72,6 @@ def test_length_of_numbers_beside_a_symbolic_section_stays_exact():
     assert found[0, 0] == sp.Rational(1, 10**11) / (sp.pi * d**2)
 
 
-@pytest.mark.parametrize(
-    ("matrix", "words"),
-    [
-        (sp.Matrix([[k, c], [c, k]]), "shape"),
-        (sp.diag(k, k, k, c, c, -c), "no negative eigenvalue"),
-        (sp.Matrix(6, 6, lambda i, j: k * (i + 1) + j), "a symmetric matrix"),
-        (sp.Matrix(6, 6, lambda i, j: k), "coupled direction free"),
-        (sp.Matrix(6, 6, lambda i, j: k if i != j else 0), "no negative eigenvalue"),
-    ],
-)
-def test_what_is_no_stiffness_is_refused(matrix, words):
-    with pytest.raises(InputError, match=words):
-        elasticity_from_stiffness(matrix)
-
-
 def test_entries_beside_the_diagonal_are_bounded():
     """Only the diagonal was: a matrix with a negative eigenvalue became a spring."""
     e = sp.Symbol("e", real=True)

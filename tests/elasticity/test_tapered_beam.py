@@ -79,30 +79,6 @@ def test_telescopic_pieces_broadcast():
     assert moving_base.shape == (3, 6, 6)
 
 
-@pytest.mark.parametrize(
-    ("segments", "message"),
-    [
-        ([], "segments of the beam: got [], expected at least one segment"),
-        (
-            [(0.1, STEEL, ODD), 0.3],
-            "segment 1 of the beam: got 0.3, expected (length, material, section)",
-        ),
-        (
-            [(0.1, 0.2)],
-            "segment 0 of the beam: got (0.1, 0.2), expected (length, material, section)",
-        ),
-        (
-            [(0.1, STEEL, ODD), (-0.2, STEEL, ODD)],
-            "length of segment 1 of the beam: got -0.2, expected a positive finite number [m]",
-        ),
-    ],
-)
-def test_messages(segments, message):
-    with pytest.raises(InputError) as error:
-        tapered_compliance(segments)
-    assert str(error.value) == message
-
-
 def test_timoshenko_needs_the_factors_of_every_segment():
     bare = rs.CrossSection(1e-3, 1e-7, 1e-7, 2e-7)
     with pytest.raises(InputError, match="shear correction factors"):

@@ -159,15 +159,15 @@ def test_a_compliance_at_its_bound_has_an_interval_on_one_side():
 
 def test_fewer_numbers_than_unknowns():
     robot = machine("arm")
-    few = arm_campaign().chosen([0, 1])
-    found = rs.identify(robot, few, ["arm/joint*", "arm/joint*.zero"], frames=arm_frames())
+    few = arm_campaign().chosen([0])
+    found = rs.identify(robot, few, ["arm/joint*"], frames=arm_frames())
     assert found.status is rs.FitStatus.TOO_FEW_ROWS
     assert found.status.is_bad
     assert found.status.words == "too-few-rows"
     (advice,) = found.advice
-    assert advice.startswith("6 numbers were read, for 12 unknowns: arm/joint1, arm/joint2")
+    assert advice.startswith("3 numbers were read, for 6 unknowns: arm/joint1, arm/joint2")
     assert found.values == found.std == {}
-    with pytest.raises(rs.NoAnswerError, match="6 numbers were read"):
+    with pytest.raises(rs.NoAnswerError, match="3 numbers were read"):
         _ = found.robot
 
 

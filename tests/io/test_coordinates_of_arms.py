@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.errors import FileError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.model import ALL_COORDINATES
@@ -58,13 +57,6 @@ def test_they_are_as_many_as_its_freedoms(chosen):
     K = rs.stiffness(robot, values).K
     by_kernel = rs.compile(robot).evaluate(values).values["K"]
     np.testing.assert_allclose(by_kernel, K, rtol=1e-9, atol=1e-9 * np.max(K))
-
-
-@pytest.mark.parametrize("chosen", ["x", "x, y", "x, rx, z", "x, y, z, rz"])
-def test_others_are_refused(chosen):
-    fitting = r"as many as the 3 freedoms [^;]*; write coordinates: \[y, z, rz\]"
-    with pytest.raises(FileError, match=fitting):
-        scara(f"coordinates: [{chosen}]")
 
 
 def test_all_of_them_pose_an_arm_whose_home_is_singular():

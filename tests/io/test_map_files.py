@@ -8,7 +8,7 @@ import xarray
 
 import robostiff as rs
 from robostiff import Axis, Grid, PoseList, Quantity
-from robostiff.errors import FileError, InputError
+from robostiff.errors import InputError
 from robostiff.io import map_files
 from robostiff.io.map_files import read_map, read_poses, write_map_netcdf
 from tests.analysis.maps.robots import loaded
@@ -67,41 +67,6 @@ def test_columns_may_be_joints(tmp_path):
 
 def test_a_mark_of_byte_order_is_no_name(tmp_path):
     assert read_poses(loaded("hexapod"), written(tmp_path, "\ufeffx\r\n1\r\n")).names == ("x",)
-
-
-BAD = {
-    "x, q\n1, 2\n": (1, 4, "one of x, y, z"),
-    "x, RZ\n1, 2\n": (1, 4, "did you mean rz?"),
-    "x, x\n1, 2\n": (1, 4, "each name once"),
-    "x [kg]\n1\n": (1, 1, "a length"),
-    "rz, x [mn]\n1, 2\n": (1, 5, "unknown unit"),
-    "x, time [h]\n1, 2\n": (1, 4, "s, ms or min"),
-    "x, y\n1, 2\n3\n": (3, 1, "got '1 fields'"),
-    "x, y\n1, 2\n3, four\n": (3, 4, "y: value: got 'four'"),
-    "x, y\n1, 2\n\n3,\n": (4, 3, "got 'nothing'"),
-    "x; y\n1,5; 2\n": (2, 1, "with a point"),
-    "x, y\n1, nan\n": (2, 4, "finite"),
-    "x, y\n1e300, 2\n": (2, 1, "up to 1e30"),
-    "time\n1\n": (1, 1, "at least one"),
-    "time, s, x\n1, 2, 3\n": (1, 1, "one of them"),
-}
-
-
-@pytest.mark.parametrize(("text", "expected"), BAD.items(), ids=[repr(text) for text in BAD])
-def test_errors_name_line_and_column(text, expected, tmp_path):
-    path = written(tmp_path, text)
-    line, column, message = expected
-    with pytest.raises(FileError) as caught:
-        read_poses(loaded("hexapod"), path)
-    assert (caught.value.location.line, caught.value.location.column) == (line, column)
-    assert message in str(caught.value)
-    assert str(caught.value).startswith(f"{path}:{line}:{column}: ")
-
-
-@pytest.mark.parametrize("text", ["", "x\n", "# x\n1\n"])
-def test_a_file_without_poses(text, tmp_path):
-    with pytest.raises(FileError, match="no pose"):
-        read_poses(loaded("hexapod"), written(tmp_path, text))
 
 
 def test_a_file_that_is_not_there(tmp_path):

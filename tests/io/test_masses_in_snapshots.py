@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.errors import FileError
 from robostiff.io.document import parse_document
 from robostiff.io.snapshot import (
     network_from_document,
@@ -117,19 +116,3 @@ def test_the_same_as_a_graph(tmp_path):
     found = Running().answer("modes", str(path))
     told = [mode["frequency"] for mode in found["modes"]]
     assert np.allclose(told, rs.modes(legs).frequencies, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("mass", "words"),
-    [
-        ({"mass": 3}, "mass before the first element"),
-        ({"mass": 3, "after": "road"}, "did you mean rod"),
-        ({"mass": -3, "after": "rod"}, "mass"),
-        ({"mass": 3, "after": "rod", "span": [0, 1]}, "start and two rising parts"),
-        ({"mass": 3, "after": "rod", "start": [0, 0, 0], "inertia": [1, 1, 1]}, "no inertia"),
-        ({"mass": 3, "after": "rod", "inertia": [1, 1, 9]}, "none is more than the other two"),
-    ],
-)
-def test_masses_that_make_no_sense(mass: dict, words: str):
-    with pytest.raises(FileError, match=words):
-        read(crane(masses=[mass]))

@@ -69,24 +69,9 @@ def test_what_is_right_does_not_warn(name):
                 read(parse_document(text, file))
 
 
-@pytest.mark.parametrize(
-    ("right", "slip", "warning"),
-    [
-        ("300 mm}", "300}", "9:27: legs[0].chain[1].to[0]: a length of 300 m; in mm? write 300 mm"),
-        ("300 mm}", "500 m}", "9:27: legs[0].chain[1].to[0]: a length of 500 m; in mm?"),
-        (
-            "20 deg",
-            "20",
-            "8:73: legs[0].chain[0].home: an angle of 20 rad; in degrees? write 20 deg",
-        ),
-        ("210 GPa", "210", "material.E: an elastic modulus of 210 Pa; in GPa? write 210 GPa"),
-        ("210 GPa", "210000", "an elastic modulus of 210000 Pa; in MPa? write 210000 MPa"),
-        ("81 GPa", "81 Pa", "material.G: an elastic modulus of 81 Pa; in GPa?"),
-        ("210 GPa", "2.1e20", "an elastic modulus of 2.1e+20 Pa, harder than diamond"),
-    ],
-)
-def test_numbers_in_other_units(right, slip, warning, tmp_path):
-    text = ARM.replace(right, slip)
+def test_a_warning_is_of_the_line_that_calls_and_shown_once(tmp_path):
+    text = ARM.replace("210 GPa", "210")
+    warning = "material.E: an elastic modulus of 210 Pa; in GPa? write 210 GPa"
     with pytest.warns(rs.PlausibilityWarning) as caught:
         model_from_document(parse_document(text, "arm.yaml"))
     assert any(str(w.message).endswith(warning) for w in caught), [str(w.message) for w in caught]
@@ -119,36 +104,13 @@ def test_angles_with_their_unit_and_soft_materials_do_not_warn():
             model_from_document(parse_document(ARM.replace(right, other)))
 
 
-def _changed(change):
-    data = json.loads(json.dumps(SNAPSHOT))
-    joint, beam = data["legs"][0]["chain"]
-    change(joint, beam)
-    return parse_document(json.dumps(data), "arm.json")
-
-
-@pytest.mark.parametrize(
-    ("change", "warning"),
-    [
-        (lambda _, beam: beam.update(E=210.0), "E: an elastic modulus of 210 Pa; in GPa?"),
-        (lambda _, beam: beam.update(end=[300, 0, 0]), "a length of 300 m; in mm?"),
-        (
-            lambda joint, _: joint.update(point=[0, 0.2, 0]),
-            "chain[0].point: the axis of this joint passes 0.2 m from the beam beside it, which is "
-            "0.3 m long",
-        ),
-    ],
-)
-def test_snapshots_in_other_units(change, warning):
-    with pytest.warns(rs.PlausibilityWarning, match=re.escape(warning)):
-        snapshot_from_document(_changed(change))
-
-
 def test_joints_near_their_beams_do_not_warn():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", rs.PlausibilityWarning)
-        snapshot_from_document(_changed(lambda joint, _: joint.update(point=[0, 0.1, 0.7])))
-        slide = {"kind": "P", "point": [0, 500, 0]}
-        snapshot_from_document(_changed(lambda joint, _: joint.update(slide)))
+    text, place = json.dumps(SNAPSHOT), '"kind": "R", "point": [0, 0, 0]'
+    assert place in text
+    for other in ('"kind": "R", "point": [0, 0.1, 0.7]', '"kind": "P", "point": [0, 500, 0]'):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", rs.PlausibilityWarning)
+            snapshot_from_document(parse_document(text.replace(place, other)))
 
 
 def test_poses_in_other_units():

@@ -28,20 +28,6 @@ def _refused(text, parameters=None, file="arm.yaml"):
     return str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "message"),
-    [
-        ("L", "1e-100 mm", "8:26: legs[0].chain[0].to: end of the beam: got ['L', 0, 0], expected"),
-        ("L", "1e-400 mm", "legs[0].chain[0].to: end of the beam"),
-        ("L", "1e12 m", "to[0]: length: got 'L', which is 1e+12 m (a length), expected at most"),
-        ("d", "1e-100 mm", "diameter: length: got 'd', which is 1e-103 m (a length), expected at"),
-        ("L", "9" * 900, "column 1: got '999999"),
-    ],
-)
-def test_lengths_beyond_all_robots(name, value, message):
-    assert message in _refused(ARM, {name: value})
-
-
 def test_a_hundred_thousand_keys_are_refused_before_they_are_read():
     many = {f"k{i}": 1 for i in range(100_000)}
     text = ARM + "".join(f"{key}: 1\n" for key in many)

@@ -119,34 +119,3 @@ def test_robot_built_of_symbols_computes_with_values():
     found = symbolic.substituted({"L": 0.4, k: 1e5, "q": 0.3})
     C, C_numbers = rs.compliance(found), rs.compliance(numbers)
     np.testing.assert_allclose(C, C_numbers, rtol=0, atol=1e-13 * np.abs(C_numbers).max())
-
-
-@pytest.mark.parametrize(
-    ("mistake", "words"),
-    [
-        (lambda: rs.circle(-d), "diameter of the circle: got -d"),
-        (lambda: rs.circle(sp.I * d), "positive finite"),
-        (lambda: rs.circle(sp.oo), "positive finite"),
-        (lambda: rs.tube(d, 2 * d), "less than the outer diameter d"),
-        (lambda: rs.box(d, h, d / 2), "half the width"),
-        (lambda: rs.Material(E=-E, G=G), "Young's modulus"),
-        (lambda: rs.Material(E=E), "shear modulus"),
-        (lambda: rs.Material.isotropic("m", E, sp.Rational(1, 2)), "Poisson ratio"),
-        (lambda: rs.Actuated(-k), "stiffness of the drive"),
-        (lambda: rs.revolute([0, 0, L - L], rs.Passive()), "points nowhere"),
-        (lambda: rs.revolute([0, L], rs.Passive()), "three finite numbers"),
-        (lambda: rs.universal([L, 0, 0], [h, 0, 0], rs.Passive()), "not parallel"),
-        (lambda: rs.beam_link([L, 0, 0], SOFT, rs.rectangle(d, h)), "Iy and Iz differ"),
-        (
-            lambda: rs.beam_link([L, 0, 0], SOFT, rs.rectangle(d, h), y_axis=[h, 0, 0]),
-            "a direction across the beam",
-        ),
-        (lambda: rs.TelescopicBeam(SOFT, rs.circle(d), share=1 + d), "0 to 1"),
-        (lambda: rs.TelescopicBeam(SOFT, rs.circle(d), share=1, fixed=-L), "zero or more"),
-        (lambda: rs.revolute([0, 0, 1], rs.Passive(), home=[sp.nan]), "finite numbers"),
-        (lambda: rs.rotational_spring(-k, [0, 0, 1]), "stiffness of the rotational spring"),
-    ],
-)
-def test_what_is_certainly_wrong_is_refused(mistake, words):
-    with pytest.raises(rs.InputError, match=words):
-        mistake()

@@ -66,21 +66,6 @@ def test_no_float_enters_a_formula():
     assert not any(sp.sympify(entry).has(sp.Float) for entry in (*moved.R.flat, *moved.p))
 
 
-@pytest.mark.parametrize(
-    ("R", "p", "words"),
-    [
-        (np.diag([1.0, 1.0, 2.0]), np.zeros(3), "columns of unit length"),
-        (np.diag([1.0, 1.0, -1.0]), np.zeros(3), "right-handed"),
-        (np.eye(2), np.zeros(3), "shape"),
-        (np.eye(3), np.array([0.0, np.nan, 0.0]), "finite"),
-        (np.eye(3), [L, sp.oo, 0], "finite"),
-    ],
-)
-def test_what_is_no_frame_is_refused(R, p, words):
-    with pytest.raises(InputError, match=words):
-        Frame(R, p)
-
-
 def test_batch_of_transforms_and_formulas_for_scipy_are_refused():
     with pytest.raises(InputError, match="one RigidTransform"):
         Frame.of(RigidTransform.identity(2))

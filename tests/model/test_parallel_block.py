@@ -59,24 +59,7 @@ def test_compliance_may_hide_in_any_branch():
     ).has_compliance
 
 
-@pytest.mark.parametrize(
-    ("names", "message"), [((), "at least two"), (("a",), "at least two"), ("aa", "each name once")]
-)
-def test_a_block_has_two_branches_of_different_names(names, message):
-    branches = tuple(
-        Branch(name, Frame.identity(), rs.Chain((pin("a"),)), Frame.identity()) for name in names
-    )
-    with pytest.raises(rs.InputError, match=message):
-        ParallelBlock(branches)
-
-
 def test_a_leg_with_a_block_asks_for_the_pose_of_home():
     leg = rs.Leg("arm", Frame.identity(), nested(), Frame.identity())
     with pytest.raises(rs.InputError, match="joint coordinates alone could leave its loops open"):
         rs.Robot("arm", (leg,))
-
-
-@pytest.mark.parametrize("across", [[0, 0.1], "0.1 m", [0, np.nan, 0], 0.1])
-def test_vector_across_that_is_none_is_refused(across):
-    with pytest.raises(rs.InputError, match="across of 'pair'"):
-        parallelogram(rs.Chain((rigid(0.2, "bar"),)), across, name="pair")

@@ -140,40 +140,6 @@ def test_question_of_numbers_names_the_symbols(question):
         question(robot)
 
 
-@pytest.mark.parametrize(
-    ("symbols", "words"),
-    [
-        (("RR",), r"'RR'.*one of the parameters R, r, h, k; did you mean R"),
-        ("R", r"write symbols=\('R',\)"),
-        ("all", r"write symbols=rs.ALL_PARAMETERS"),
-        (3, "names of parameters"),
-    ],
-)
-def test_unknown_symbol_is_refused(symbols, words):
-    with pytest.raises(rs.InputError, match=words):
-        load("gough-stewart-b", symbols=symbols)
-
-
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"q": 1.0}, "got 'q', expected R, h"),
-        ({"h": -0.5}, "value of h: got '-1/2', expected a positive number"),
-        ({"h": sp.I}, "value of h"),
-        ({"h": np.nan}, "finite"),
-    ],
-)
-def test_value_that_a_symbol_cannot_have_is_refused(values, words):
-    with pytest.raises(rs.InputError, match=words):
-        load("gough-stewart-b", symbols=("R", "h")).substituted(values)
-
-
-def test_formula_without_a_real_value_is_refused():
-    robot = load("tripteron", symbols=rs.ALL_PARAMETERS)
-    with pytest.raises(rs.InputError, match="real finite number"):
-        robot.substituted({"l": 0.1, "d": 1.0, "e": 0.1, "k": 1e7})
-
-
 def test_symbol_without_a_nominal_value_is_named():
     L = sp.Symbol("L")
     link = rs.beam_link([L, 0, 0], rs.material("steel"), rs.circle(0.02))

@@ -222,11 +222,6 @@ def test_isosurface_lies_where_the_map_has_the_value():
     assert scene.is_equal
 
 
-def test_level_that_no_pose_has_is_refused_with_those_there_are():
-    with pytest.raises(rs.InputError, match=r"level of 'worst_deflection': got 1\.0"):
-        rs.plot.map_isosurface(tripod_map(), "worst_deflection", 1.0, x="x", y="y", z="z")
-
-
 def test_bands_are_percentiles_of_the_poses_with_a_value():
     found = tripod_map()
     picture = rs.plot.map_bands(found, "worst_deflection", along="x", backend=DATA)
@@ -254,53 +249,6 @@ def test_ranks_and_statuses_along_a_coordinate_are_shares_of_all_poses(variable)
     assert shares["unreachable"] == pytest.approx(((found.status & 64) != 0).mean(("y", "z")))
     if variable == "rank":
         assert shares["rank 6"] == pytest.approx((found["rank"] == 6).mean(("y", "z")))
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (
-            lambda m: rs.plot.map_slice(m, "worst_deflection", **XY),
-            "a choice: z has values from 0.2",
-        ),
-        (lambda m: rs.plot.map_slice(m, "stiffnes", **XY), "or worst_deflection"),
-        (
-            lambda m: rs.plot.map_slice(m, "worst_deflection", x="x", y="rz", backend=DATA),
-            "expected x or y or z",
-        ),
-        (
-            lambda m: rs.plot.map_slice(m, "worst_deflection", x="x", y="x", backend=DATA),
-            "each name once",
-        ),
-        (
-            lambda m: rs.plot.map_slice(m, "worst_deflection", **XY, at={"w": 1}),
-            "name in 'at': got 'w'",
-        ),
-        (
-            lambda m: rs.plot.map_slice(m, "translational_stiffness", **XY, at={"z": 0.3}),
-            "write at={'principal_translation': 0}",
-        ),
-        (
-            lambda m: rs.plot.map_slice(
-                m, "translational_stiffness", **XY, at={"z": 0.3, "principal_translation": 3}
-            ),
-            "expected 0 to 2",
-        ),
-        (
-            lambda m: rs.plot.map_bands(
-                m, "worst_deflection", along="x", percents=(5, 50), backend=DATA
-            ),
-            "symmetric",
-        ),
-        (
-            lambda m: rs.plot.map_slice(m.to_dict(), "worst_deflection", **XY),
-            "a result of rs.stiffness_map",
-        ),
-    ],
-)
-def test_what_cannot_be_drawn_is_refused_with_what_can(call, message: str):
-    with pytest.raises(rs.InputError, match=message.replace("{", r"\{").replace("[", r"\[")):
-        call(tripod_map())
 
 
 def test_named_components_are_chosen_by_name():

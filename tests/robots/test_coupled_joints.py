@@ -237,21 +237,6 @@ def test_a_posture_that_the_gear_forbids_is_refused():
     assert rs.stiffness(robot, rs.JointCoordinates([0.3, 0.1, 0.0])).status.has_stiffness
 
 
-@pytest.mark.parametrize(
-    ("couplings", "words"),
-    [
-        ((coupling("b", follows="x", ratio=2),), "a joint of the same chain"),
-        ((coupling("a", follows="c", ratio=2),), "no passive joint"),
-        ((GEAR, coupling("b", follows="c", ratio=2)), "a relation that follows from the others"),
-        ((coupling("b", follows="a", ratio=2), BELT), "a relation that follows from the others"),
-        ((coupling("b", follows="a", ratio=2, name="c"),), "each name once"),
-    ],
-)
-def test_couplings_that_cannot_be(couplings, words: str):
-    with pytest.raises(InputError, match=words):
-        arm(couplings)
-
-
 def test_two_motors_without_names_are_refused():
     motors = tuple(replace(own, name="") for own in MOTORS)
     with pytest.raises(InputError, match="'coupling of a and b', expected each name once"):
@@ -284,32 +269,15 @@ def test_couplings_have_no_order(tmp_path):
     assert apart(rs.stiffness(rs.load(path)).K, K[0]) < 1e-12
 
 
-@pytest.mark.parametrize("factor", [0, np.nan])
-def test_a_factor_is_a_number(factor: float):
-    with pytest.raises(InputError, match="a number other than 0"):
-        Coupling((("a", 1.0), ("b", factor)))
-    with pytest.raises(InputError, match="at least two joints"):
-        Coupling((("a", 1.0),))
-    with pytest.raises(InputError, match="locked, or actuated"):
-        Coupling((("a", 1.0), ("b", 1.0)), Passive())  # pyright: ignore[reportArgumentType]
-
-
 def test_home_coordinates_fit_the_gear():
     joints = (
         revolute([0, 0, 1], Actuated(1e4), name="a", home=(0.2,)),
         revolute([0, 1, 0], Passive(), name="b", home=(0.5,)),
         beam("l", 0.3, 0.1, 0),
     )
-    with pytest.raises(InputError, match=r"-0\.3 rad, to which it is held"):
-        Chain(joints, (coupling("b", follows="a", ratio=-1.5),))
     held = Chain(joints, (Coupling((("b", 1.0), ("a", 1.5)), Locked()),))
     assert held.home == pytest.approx([0.2, 0.8])
     assert held.joint_coordinates(held.home) == pytest.approx([0.2, 0.5])
-
-
-def test_hybrid_machines_take_no_couplings():
-    with pytest.raises(InputError, match="coupled joints"):
-        rs.hybrid_machine([rs.Module("arm", arm((GEAR,)))])
 
 
 MODEL = """
@@ -358,23 +326,6 @@ def test_a_ratio_may_be_a_symbol(tmp_path):
         K = kernel.evaluate(q, parameters={"r": r}).values["K"][0]
         text = MODEL.replace("r: -1.5", f"r: {r}")
         assert apart(K, network_stiffness(model(tmp_path, text))[0]) < 1e-10
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("follows: a", "follows: aa", r":15:25: .*did you mean a\?"),
-        ("ratio: r", "ratio: 0", ":15:35: .*a number other than 0"),
-        ("ratio: r", "ratoi: r", "did you mean ratio"),
-        ("s: 1, a: 5 mm/rad", "s: 1, b: 1 deg", ":16:21: .*length"),
-        ("equals: 20 mm", "equals: 20 mm, role: actuated", ":16:32: .*equals of an actuated sum"),
-        ("{s: 1, a: 5 mm/rad}, equals: 20 mm", "{b: 2, a: 3}", ":16:5: .*follows from the others"),
-        ("joint: b, follows: a", "joint: a, follows: s", "write joint: s, follows: a"),
-    ],
-)
-def test_errors_of_couplings_have_a_place(tmp_path, old: str, new: str, words: str):
-    with pytest.raises(InputError, match=words):
-        model(tmp_path, MODEL.replace(old, new))
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -1,7 +1,6 @@
 """Helical joints through every way to an answer."""
 # pyright: reportAttributeAccessIssue=false, reportArgumentType=false
 
-import json
 from inspect import signature
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from robostiff.analytic.export import python_function
 from robostiff.errors import InputError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
-from robostiff.io.snapshot import snapshot_from_document
 from robostiff.kinematics import JointCoordinates
 from robostiff.linkage import Connection, Linkage, close, robot_of
 from robostiff.model import Actuated, Chain, Leg, Passive, PlacedFreedom, PlacedLeg, Snapshot
@@ -207,50 +205,11 @@ def test_ball_screws_move_the_carriages_of_a_hexapod():
     assert apart(rs.stiffness(robot, poses).K, rs.stiffness(slides, poses).K) < 1e-10
 
 
-@pytest.mark.parametrize(
-    ("pitch", "message"),
-    [
-        (
-            "0 mm",
-            "got 0.0, expected a finite length per turn, not zero [m]; a joint of no pitch is",
-        ),
-        ("5 mm/rad", "got 'p', which is 0.005 m/rad, expected an advance per turn, such as 5 mm"),
-        ("5 deg", "(an angle), expected an advance per turn, such as 5 mm"),
-    ],
-)
-def test_pitches_that_are_refused(pitch: str, message: str):
-    with pytest.raises(InputError) as caught:
-        load_arm(pitch)
-    assert message in str(caught.value)
-
-
 def test_a_planar_robot_has_no_screws():
     text = arm().replace("name: screw arm", "name: screw arm\nplanar: true")
     text = text.replace("[0, 100 mm, -200 mm]", "[0, 100 mm, 0]")
     with pytest.raises(InputError, match="axis of quill in a planar robot"):
         model_from_document(parse_document(text))
-    screw = {"type": "spring", "kind": "H", "point": [0, 0, 0], "axis": [0, 0, 1], "k": 5.0}
-    leg = {"name": "a", "end": [1, 0, 0], "chain": [{**screw, "pitch": 0.01}]}
-    file = {"name": "p", "planar": True, "reference_point": [1, 0, 0], "legs": [leg]}
-    with pytest.raises(InputError, match="slides across it, not both"):
-        snapshot_from_document(parse_document(json.dumps(file)))
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"kind": "H"}, "pitch of a joint of kind H: got none, expected an advance per turn"),
-        ({"kind": "H", "pitch": 0}, "pitch of a joint of kind H: got 0"),
-        ({"kind": "R", "pitch": 0.01}, "pitch of a joint of kind R: got 0.01, expected none"),
-    ],
-)
-def test_pitches_of_snapshots_that_are_refused(given: dict, message: str):
-    part = {"type": "spring", "point": [0, 0, 0], "axis": [0, 0, 1], "k": 5.0, **given}
-    leg = {"name": "a", "end": [1, 0, 0], "chain": [part]}
-    file = {"name": "p", "reference_point": [1, 0, 0], "legs": [leg]}
-    with pytest.raises(InputError) as caught:
-        snapshot_from_document(parse_document(json.dumps(file)))
-    assert message in str(caught.value)
 
 
 def test_a_free_screw_is_reported_as_one():

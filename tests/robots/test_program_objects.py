@@ -160,12 +160,6 @@ def test_objects_have_no_symbols():
         rs.load(urdf_of_yourdfpy(), side=SIDE, symbols=("a",))
 
 
-@pytest.mark.parametrize("value", [3, None, np.eye(4), {"legs": []}])
-def test_other_objects(value):
-    with pytest.raises(rs.InputError, match="a name, a path, or an object of yourdfpy"):
-        rs.load(value)
-
-
 MIMIC = """<robot name="g"><link name="b"/><link name="a"/><link name="c"/>
 <joint name="j" type="revolute"><parent link="b"/><child link="a"/><axis xyz="0 1 0"/>
 <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>

@@ -162,10 +162,10 @@ def _checked(C: np.ndarray, J_q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     allowed = _SYMMETRY * size[..., :, None] * size[..., None, :]
     skewness = np.abs(C - np.swapaxes(C, -1, -2))
     if np.any(skewness > allowed):
-        *_, i, j = (int(k) for k in np.argwhere(skewness > allowed)[0])
+        *pose, i, j = (int(k) for k in np.argwhere(skewness > allowed)[0])
         raise InputError(
             f"compliance of the chain, entries [{i}, {j}] and [{j}, {i}]",
-            got=(float(C[..., i, j].flat[0]), float(C[..., j, i].flat[0])),
+            got=(float(C[*pose, i, j]), float(C[*pose, j, i])),
             expected="a symmetric matrix",
         )
     batch = np.broadcast_shapes(C.shape[:-2], J_q.shape[:-2])

@@ -6,7 +6,6 @@
 # pyright: reportOperatorIssue=false
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,7 +19,6 @@ from robostiff.analysis.indices import (
     stiffness_about_axis,
     worst_deflection,
 )
-from robostiff.errors import InputError
 from tests.analysis.indices.machines import (
     body_on_spring,
     clamped_beam,
@@ -165,25 +163,3 @@ def test_planar_parts(seed: int):
     assert np.isclose(directional_stiffness(result, [0, 2]).free, 1 / C[1, 1])
     assert np.isclose(stiffness_about_axis(result, [0, 0, -3]).free, 1 / C[2, 2])
     assert anisotropy(result).rotational == 1.0
-
-
-@pytest.mark.parametrize(
-    ("ask", "message"),
-    [
-        (lambda r: directional_stiffness(r, [0, 0, 0]), "expected a direction, not zero"),
-        (lambda r: directional_stiffness(r, [1, 0]), "expected three numbers x y z"),
-        (lambda r: directional_stiffness(r, "x"), "expected three numbers x y z"),
-        (lambda r: directional_stiffness(r, [1, np.nan, 0]), "expected a finite number"),
-    ],
-)
-def test_directions_that_are_none(ask, message: str):
-    with pytest.raises(InputError, match=message):
-        ask(rs.stiffness(rs.load("hexapod")))
-
-
-def test_directions_out_of_the_plane():
-    planar = rs.stiffness(rs.load("3-rrr"))
-    with pytest.raises(InputError, match="x-y plane"):
-        directional_stiffness(planar, [0, 1, 1])
-    with pytest.raises(InputError, match="planar"):
-        stiffness_about_axis(planar, [1, 0, 0])

@@ -6,14 +6,12 @@
 # pyright: reportOperatorIssue=false
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
 from robostiff.analysis import measures
 from robostiff.analysis.indices import condition_number, eigenstiffness, virtual_work
-from robostiff.errors import InputError
 from robostiff.spatial import move_stiffness, skew
 from tests.analysis.indices.machines import body_on_spring, on_struts, random_body
 
@@ -134,24 +132,3 @@ def test_a_singular_matrix_has_no_condition_number():
     work = virtual_work(result)
     assert work.worst is None
     assert rs.Status.UNBALANCED in work.status
-
-
-@pytest.mark.parametrize("length", [0, -1, "long", np.nan, [1, 2], 1e-160, 1e300])
-def test_lengths_that_are_none(length):
-    result = rs.stiffness(rs.load("hexapod"))
-    for index in (condition_number, virtual_work, eigenstiffness, rs.indices):
-        with pytest.raises(InputError, match="length"):
-            index(result, length=length)
-
-
-@pytest.mark.parametrize(
-    "metric", [np.eye(3), np.zeros((6, 6)), -np.eye(6), np.triu(np.ones((6, 6))), "inertia"]
-)
-def test_metrics_that_are_none(metric):
-    with pytest.raises(InputError, match="symmetric positive definite"):
-        eigenstiffness(rs.stiffness(rs.load("hexapod")), metric=metric)
-
-
-def test_length_and_metric_exclude_each_other():
-    with pytest.raises(InputError, match="one of them"):
-        eigenstiffness(rs.stiffness(rs.load("hexapod")), length=1.0, metric=np.eye(6))

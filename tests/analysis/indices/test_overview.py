@@ -3,13 +3,11 @@
 from typing import Any
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
-from robostiff.analysis.indices import directional_stiffness, principal_stiffness
-from robostiff.errors import InputError
+from robostiff.analysis.indices import directional_stiffness
 from robostiff.page import principal_table
 from robostiff.spatial import Screw
 from tests.analysis.indices.machines import any_rotation, random_body, turned_body
@@ -21,19 +19,6 @@ def test_the_length_is_the_robots_own_when_left_out():
     result = rs.stiffness(rs.load("hexapod"))
     assert isinstance(result, rs.Stiffness)
     assert rs.indices(result).length == float(result.length)
-
-
-def test_one_index_takes_one_pose():
-    batch = rs.stiffness(rs.load("gough-stewart-b"), np.tile([0, 0, 0.8, 0, 0, 0], (3, 1)))
-    with pytest.raises(InputError, match=r"got '3 poses', expected one pose; take result\[i\]"):
-        principal_stiffness(batch)
-    assert rs.indices(batch[1]).length > 0
-
-
-def test_something_else_is_refused():
-    for other in (np.eye(6), rs.stiffness(rs.load("cable-8"))):
-        with pytest.raises(InputError, match="a result of stiffness for a robot with legs"):
-            rs.indices(other)  # pyright: ignore[reportArgumentType, reportCallIssue]
 
 
 def test_far_away_points_do_not_blur_what_does_not_depend_on_them():

@@ -142,12 +142,6 @@ def test_derivatives_by_a_dimension_of_a_robot_closed_by_iteration():
         assert error <= 1e-8
 
 
-def test_second_derivatives_through_a_closure_by_iteration_are_refused():
-    rate = rs.Derivative(rs.Derivative(rs.StiffnessMatrix(), "z"), "rx")
-    with pytest.raises(rs.InputError, match="first derivatives"):
-        rs.compile(model("3-rps"), [rate], backend=rs.Backend.ARRAYS)
-
-
 def test_second_derivatives_are_derivatives_of_derivatives():
     robot = model("3-rpr")
     first = rs.Derivative(rs.StiffnessMatrix(), "x")
@@ -188,11 +182,3 @@ def test_derivatives_of_K_are_none_where_the_rank_changes():
     assert np.isnan(answer.values[rate.name][0]).all()
     assert np.isfinite(answer.values["K"][0]).all()
     assert np.isfinite(answer.values[rate.name][1]).all()
-
-
-@pytest.mark.parametrize(
-    "output", [rs.ComplianceMatrix(), rs.WorstDeflection(), rs.DeflectionUnder([1] * 6)]
-)
-def test_what_free_motions_forbid_is_said_when_compiling(output):
-    with pytest.raises(rs.NoAnswerError, match="free motions at every pose"):
-        rs.compile(model("gough-stewart-a"), [output])

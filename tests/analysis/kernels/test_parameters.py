@@ -87,26 +87,6 @@ def test_derivatives_by_parameters_are_limits_of_differences(name, by):
     )
 
 
-SYMBOLS = ("R", "r")
-MISUSES = {
-    "no symbol": (("k",), {}, r"a symbol: R, r; write rs.load\(..., symbols=\(\"k\",\)\)"),
-    "one name": ("R", {}, r"write \['R'\]"),
-    "not compiled": (("R",), {"r": 1}, r"expected R; write rs.compile\(robot, parameters=\(\"r\""),
-    "too many values": (("R",), {"R": [1, 2]}, "a finite number, or 3 of them"),
-    "a word": (("R",), {"R": "long"}, "a finite number"),
-    "below zero": (("R",), {"R": -0.5}, "positive"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("names", "values", "message"), MISUSES.values(), ids=MISUSES.keys())
-def test_misuse_tells_what_to_write(names, values, message):
-    robot = model("gough-stewart-b", *SYMBOLS)
-    with pytest.raises(rs.InputError, match=message):
-        rs.compile(robot, parameters=names, backend=rs.Backend.ARRAYS).evaluate(
-            around_home(robot, 3), parameters=values
-        )
-
-
 STRUCTURE = """
 robostiff: 1
 name: frame

@@ -120,37 +120,6 @@ def test_progress_is_reported_to_the_end():
 
 
 GRID = Grid(x=Axis(0, 0.1, 2))
-MISUSES = {
-    "no robot": ({"robot": "hexapod"}, 'write load'),
-    "no poses": ({"poses": [0, 0, 1]}, r"write Grid\(x=Axis"),
-    "a class for poses": ({"poses": Grid}, r"write Grid\(x=Axis"),
-    "a word for a quantity": ({"quantities": ["stiffness"]}, "Quantity.STIFFNESS"),
-    "no wrench": ({"quantities": [Quantity.DEFLECTION]}, "6 numbers: Fx Fy Fz Mx My Mz"),
-    "an idle wrench": ({"wrench": [0] * 6}, "Quantity.DEFLECTION"),
-    "a short wrench": ({"quantities": [Quantity.DEFLECTION], "wrench": [1]}, "6 numbers"),
-    "no length": ({"length": 0}, "above 0"),
-    "a strange joint": ({"poses": Grid(elbow=Axis(0, 1, 2))}, "some of x, y, z"),
-    "a box for where": ({"where": [0, 1]}, "function of the coordinates"),
-    "where with numbers": ({"where": lambda pose: pose["x"]}, "array of bool"),
-    "where of one coordinate": ({"where": lambda pose: np.array([True])}, r"shape \(2,\)"),
-    "resume of nothing": ({"resume": True}, "store to resume"),
-    "no workers": ({"workers": 0}, "workers"),
-    "workers and scheduler": ({"workers": 1, "scheduler": "tcp://a:1"}, "one of them"),
-    "a word for a scheduler": ({"scheduler": "threads", "store": "map.zarr"}, "tcp://host:8786"),
-    "a scheduler without store": ({"scheduler": "tcp://a:1"}, "all workers see"),
-    "too large for memory": (
-        {"poses": RandomPoses(10**11, {"x": (0, 1)})},
-        r'store="map.zarr"',
-    ),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(("changed", "message"), MISUSES.values(), ids=MISUSES.keys())
-def test_misuse_tells_what_to_write(changed, message, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    call = {"robot": loaded("hexapod"), "poses": GRID, **changed}
-    with pytest.raises(InputError, match=message):
-        rs.stiffness_map(**call)
 
 
 def test_a_snapshot_has_no_map():

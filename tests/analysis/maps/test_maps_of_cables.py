@@ -288,20 +288,6 @@ def test_the_command_makes_a_map_and_draws_it(tmp_path):
     assert "least_tension" in read_map(tmp_path / "map.nc")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"method": rs.Compiled()}, "method of a map of cables"),
-        ({"near": [1.0]}, "only robots of legs have postures"),
-        ({"wrench": [0, 0, 1], "method": rs.UnderLoad(gravity="-z")}, "gravity"),
-    ],
-)
-def test_what_does_not_fit_is_refused(arguments, message):
-    robot, grid = cable_robot("cable-4-planar"), rs.Grid(x=rs.Axis(0, 1, 2))
-    with pytest.raises(rs.InputError, match=message):
-        rs.stiffness_map(robot, grid, [Quantity.STIFFNESS], **arguments)
-
-
 def test_tensions_of_other_robots_are_refused():
     with pytest.raises(rs.InputError, match="no cables"):
         rs.stiffness_map(rs.load("3-rpr"), rs.Grid(x=rs.Axis(0, 0.1, 2)), [Quantity.TENSIONS])

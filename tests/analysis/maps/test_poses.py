@@ -1,14 +1,12 @@
 """Where poses come from: grids, lists, random poses, and how they are cut into blocks."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
 from robostiff.analysis.maps.job import Partition
 from robostiff.analysis.maps.pose_columns import pose_columns
-from robostiff.errors import InputError
 from tests.analysis.maps.robots import loaded
 
 SHAPES = st.lists(st.integers(1, 7), min_size=1, max_size=6).map(tuple)
@@ -71,42 +69,3 @@ def test_coordinates_left_out_are_free_or_at_home():
     hexapod = pose_columns(loaded("hexapod"), ["rz"])
     assert hexapod.home == (0, 0, 0.9, 0, 0, 0)
     assert pose_columns(loaded("two-link-arm"), ["elbow"]).of_joints
-
-
-@pytest.mark.parametrize(
-    ("robot", "names", "message"),
-    [
-        ("hexapod", ["q"], "expected some of x, y, z, rx, ry, rz"),
-        ("3-rpr", ["z"], "got 'z', expected some of x, y, rz"),
-        ("two-link-arm", ["wrist"], "some of the joints shoulder, elbow"),
-        ("two-link-arm", ["x", "elbow"], "pose coordinates or joints, not both"),
-    ],
-)
-def test_strange_coordinates_are_named(robot, names, message):
-    with pytest.raises(InputError, match=message):
-        pose_columns(loaded(robot), names)
-
-
-MISUSES = {
-    "axis without a value": (lambda: rs.Axis(0, 1, 0), "whole number from 1"),
-    "one value at two ends": (lambda: rs.Axis(0, 1, 1), r"Axis\(0, 0, 1\)"),
-    "several values at one place": (lambda: rs.Axis(1, 1, 3), "equal ends"),
-    "no number": (lambda: rs.Axis(0, float("nan"), 3), "finite number"),
-    "grid without axis": (rs.Grid, "at least one"),
-    "grid of numbers": (lambda: rs.Grid(x=3), "write x=Axis"),  # pyright: ignore
-    "list of no poses": (lambda: rs.PoseList(["x", "y"], np.zeros((0, 2))), "one pose at least"),
-    "list of the wrong width": (lambda: rs.PoseList(["x", "y"], [[1, 2, 3]]), r"\(N, 2\)"),
-    "list with a name twice": (lambda: rs.PoseList(["x", "x"], [[1, 2]]), "each name once"),
-    "list with a hole": (lambda: rs.PoseList("x", [[np.nan]]), "finite number"),
-    "time of the wrong length": (lambda: rs.PoseList("x", [[1]], time=[0, 1]), r"expected \(1,\)"),
-    "random poses without count": (lambda: rs.RandomPoses(0, {"x": (0, 1)}), "from 1 on"),
-    "random poses without range": (lambda: rs.RandomPoses(5, {}), "at least one coordinate"),
-    "range upside down": (lambda: rs.RandomPoses(5, {"x": (1, 0)}), "lowest and highest"),
-    "no threads": (lambda: rs.Threads(-1), "count of threads"),
-}
-
-
-@pytest.mark.parametrize(("call", "message"), MISUSES.values(), ids=MISUSES.keys())
-def test_misuse_tells_what_to_write(call, message):
-    with pytest.raises(InputError, match=message):
-        call()

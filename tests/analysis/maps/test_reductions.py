@@ -198,34 +198,6 @@ def test_negative_values_are_in_order():
     np.testing.assert_allclose(found[:, 0], [-3.0, -0.5, 0.0, 7.0], rtol=1e-4, atol=1e-38)
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: rs.Quantiles(shares=[0.5, 1.5]),
-        lambda: rs.Quantiles(shares=[]),
-        lambda: rs.Histogram("K", [1.0]),
-        lambda: rs.Histogram("K", [2.0, 1.0]),
-        lambda: rs.ShareAbove("K", "much"),
-    ],
-)
-def test_reductions_that_are_none(make):
-    with pytest.raises(rs.InputError):
-        make()
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ([rs.Extremes("stiffness")], "translational_stiffness"),
-        ([rs.Extremes(), rs.Extremes("rotational_stiffness")], "twice"),
-        (["extremes"], "reduction of a map"),
-    ],
-)
-def test_reductions_of_nothing_are_refused(given, words):
-    with pytest.raises(rs.InputError, match=words):
-        rs.stiffness_map(loaded("3-rpr"), rs.Grid(x=rs.Axis(0, 0.1, 2)), reduce=given)
-
-
 def test_no_room_is_asked_for():
     """A map of 10^11 poses fits into no memory; its reductions do."""
     poses = rs.RandomPoses(10**11, {"x": (-0.1, 0.1)})

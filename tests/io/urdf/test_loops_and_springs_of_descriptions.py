@@ -106,33 +106,6 @@ OPEN = SIDE[: SIDE.index("  e4")]
 
 
 @pytest.mark.parametrize(
-    ("written", "words"),
-    [
-        (GAZEBO.format("universal", X_AXIS), "not read: loops c;"),
-        (GAZEBO.format("revolute", X_AXIS).replace("e4", "rod"), "not read: loops c;"),
-        (
-            GAZEBO.format("revolute", '<pose relative_to="e2">0 0 0 0 0 0</pose>' + X_AXIS),
-            "not read: loops c;",
-        ),
-        (CONSTRAINT.format("revolute", "0 1 0"), "not read: loops c;"),
-        (CONSTRAINT.format("screw", "1 0 0"), "not read: loops c;"),
-        ('<drake:linear_spring_damper name="s"/>', "not read: <drake:linear_spring_damper> s;"),
-        ("<gazebo><joint:hinge name='h'/></gazebo>", "not read: <joint:hinge> of Gazebo h;"),
-        (
-            '<transmission name="t"><joint name="2_to_1"/><joint name="3_to_2"/></transmission>',
-            "not read: transmissions that connect several joints t;",
-        ),
-    ],
-)
-def test_what_may_hold_a_robot_and_is_not_read_is_named(written, words, tmp_path):
-    robot, said = _loaded(tmp_path, SQUARE.format(written), OPEN)
-    assert isinstance(robot, rs.Robot)
-    assert len(said) == 1
-    assert words in said[0]
-    assert "m.urdf:" in said[0]
-
-
-@pytest.mark.parametrize(
     "harmless",
     [
         '<transmission name="t"><joint name="2_to_1"/><actuator name="m"/></transmission>',
@@ -150,27 +123,6 @@ def test_a_loop_in_both_files_is_named(tmp_path):
     urdf = SQUARE.format(GAZEBO.format("revolute", X_AXIS))
     _, said = _loaded(tmp_path, urdf, SIDE.replace("LOOP", "c") + loop)
     assert any("links that 'c' of the description connects; both hold" in text for text in said)
-
-
-@pytest.mark.parametrize(
-    ("written", "message"),
-    [
-        (GAZEBO.format("revolute", "<axis><xyz>1 0</xyz></axis>"), "axis of <joint>: got '1 0'"),
-        (GAZEBO.format("revolute", f"<pose>1 0</pose>{X_AXIS}"), "pose of <joint>: got '1 0'"),
-        (CONSTRAINT.format("revolute", "1 nan 0"), "xyz of <child_axis>: got '1 nan 0'"),
-        (
-            '<gazebo reference="2_to_1"><springStiffness>stiff</springStiffness></gazebo>',
-            "spring_stiffness of <gazebo>: got 'stiff', expected 1 finite number up to",
-        ),
-        (
-            '<gazebo reference="2_to_1"><springStiffness>-3</springStiffness></gazebo>',
-            "spring in <gazebo>: got -3",
-        ),
-    ],
-)
-def test_numbers_of_loops_and_springs_are_checked(written, message, tmp_path):
-    with pytest.raises(rs.FileError, match=message):
-        _loaded(tmp_path, SQUARE.format(written), OPEN)
 
 
 ARM = """<robot name="g"><link name="b"/><link name="a"/><joint name="j" type="revolute">

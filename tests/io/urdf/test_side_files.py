@@ -183,54 +183,6 @@ def test_frames_of_platform_and_tool_may_differ(arm, tmp_path):
     assert rs.find_posture(robot).pose[0, 2] == pytest.approx(0.4)
 
 
-HEADLESS = "tool: tip\n"
-
-
-@pytest.mark.parametrize(
-    ("side", "match"),
-    [
-        ("tool: tpi\n", "tool: link: got 'tpi', expected one of .* did you mean tip"),
-        ("", r"tool: missing key: expected tool: .* one of finger, other finger"),
-        (HEADLESS, r"no compliance at all, .* write joints: \{shoulder: \{stiffness: 1e4 N m/rad"),
-        (HEADLESS + "joints: {elbo: {stiffness: 1}}", "did you mean elbow"),
-        (HEADLESS + "joints: {elbow: {stiffness: 1 N/m}}", "expected a rotational stiffness"),
-        (HEADLESS + "joints: {elbow: {stifness: 1}}", "unknown key.*did you mean stiffness"),
-        (HEADLESS + "joints: {elbow: {role: passive, stiffness: 1}}", "stiffness of a passive"),
-        (HEADLESS + "joints: {mount: {stiffness: 1}}", "the fixed joint 'mount'.*under links:"),
-        (HEADLESS + 'joints: {"knee*": {stiffness: 1}}', r'joints\["knee\*"\]: pattern for joints'),
-        (HEADLESS + "links: {tipp: {type: beam, material: steel}}", "did you mean tip"),
-        (
-            HEADLESS + "links: {finger: {type: link, compliance: [0, 0, 0, 0, 0, 1]}}",
-            "links.finger: elastic link 'finger': got no joint, loop or tool point beyond it",
-        ),
-        (
-            HEADLESS + "links: {upper: {type: beam, to: knee, material: steel}}",
-            "end of the link: got 'knee', expected one of elbow",
-        ),
-        ("tool: base\n", "platform 'base': got .* fixed to the base"),
-        ("base: tip\ntool: base\njoints: {grip: {stiffness: 1}}\n", "no compliance at all"),
-        (HEADLESS + "home: {elbow: 20 mm}", "home.elbow: angle: got '20 mm'"),
-        (HEADLESS + "home: {elbow: [1, 2]}", "expected a number or an expression"),
-        (HEADLESS + "home: {mount: 1}", "coordinate of a fixed joint"),
-        (HEADLESS + "home: {elbow: 1}\nstart: {elbow: 2}", "a name under home or start, once"),
-        (HEADLESS + "loops: [{between: [tip, base], joint: revolute}]", "type: revolute, axis: z"),
-        (HEADLESS + "loops: [{between: [tip, tip], joint: fixed}]", "two different links"),
-        (HEADLESS + "loops: [{between: [tip, bas], joint: fixed}]", "did you mean base"),
-        (
-            HEADLESS + "loops: [{name: elbow, between: [tip, base], joint: spherical}]",
-            "a name no joint or loop has",
-        ),
-        (HEADLESS + "coordinates: [x]\njoints: {elbow: {stiffness: 1}}", "coordinates of a serial"),
-        (HEADLESS + "legs: []", "a model file with legs of its own"),
-        ("platform: upper\n" + STIFF[len(HEAD) :], "a link that moves against the platform"),
-    ],
-)
-def test_slips_are_reported_with_their_place(arm, side, match, tmp_path):
-    with pytest.raises(rs.FileError, match=match) as error:
-        rs.load(arm, side=with_side(tmp_path, HEAD + side))
-    assert error.value.location.line is not None
-
-
 def test_floating_and_planar_joints(arm, tmp_path):
     floating = ARM.replace('"shoulder" type="continuous"', '"shoulder" type="floating"')
     arm.write_text(floating, encoding="utf-8")

@@ -1,0 +1,91 @@
+"""Calls of Python that cannot be answered: what is said of each is on file in ``misuse.txt``.
+
+A line there is an expression. ``python -m tests.laws.test_misuse`` writes the messages anew.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pint
+import pytest
+import sympy as sp
+
+import robostiff as rs
+from robostiff import elasticity, elastostatics, model, spatial
+from robostiff.analysis import indices
+from tests.plot.machines import hexapod_deflection, tripod_map
+from tests.said import now, on_file, said, write
+
+PAGE = Path(__file__).parent / "misuse.txt"
+
+
+def put(matrix: Any, entries: dict[tuple[int, ...], Any]) -> np.ndarray:
+    """A matrix with other entries."""
+    own = np.array(matrix, dtype=float)
+    for place, value in entries.items():
+        own[place] = value
+    return own
+
+
+def quantity(number: Any, unit: str) -> Any:
+    return pint.get_application_registry().Quantity(number, unit)
+
+
+def arm(*couplings: Any) -> model.Chain:
+    """Joints a, b and c and a beam."""
+    axes: dict[str, tuple[list[float], Any]] = {
+        "a": ([0, 0, 1], rs.Actuated(1e4)), "b": ([0, 1, 0], rs.Passive()),
+        "c": ([1, 0, 0], rs.Actuated(1e4)),
+    }  # fmt: skip
+    joints = [rs.revolute(axis, role, name=name) for name, (axis, role) in axes.items()]
+    beam = rs.beam_link([0.3, 0.1, 0], rs.material("steel"), rs.circle(0.02))
+    return model.Chain((*joints, beam), couplings)
+
+
+@cache
+def compiled(name: str) -> Any:
+    return rs.compile(rs.load(name), backend=rs.Backend.ARRAYS)
+
+
+@cache
+def by_R() -> Any:
+    return rs.compile(PLATFORM, parameters=("R",), backend=rs.Backend.ARRAYS)
+
+
+def mapped(name: str, **more: Any) -> Any:
+    return rs.stiffness_map(rs.load(name), **{"poses": rs.Grid(x=rs.Axis(0, 0.1, 2)), **more})
+
+
+PLATFORM = rs.load("gough-stewart-b", symbols=("R", "r", "k"))
+NAMES: dict[str, Any] = {
+    **{name: getattr(own, name) for own in (elasticity, elastostatics, model, spatial, indices, rs)
+       for name in dir(own) if not name.startswith("_")},
+    **{"np": np, "sp": sp, "rs": rs, "Path": Path, "replace": replace, "nan": np.nan},
+    **{"ROOT": PAGE.parents[2]},
+    **{"inf": np.inf, "I": np.eye(6), "load": cache(rs.load), "Q": quantity},
+    **{"put": put, "arm": arm},
+    **{str(symbol): symbol for symbol in sp.symbols("d h L k c E G", positive=True)},
+    **{"platform": PLATFORM, "compiled": compiled, "by_R": by_R, "mapped": mapped},
+    **{"tripod_map": tripod_map, "hexapod_deflection": hexapod_deflection},
+    **{"DATA": rs.plot.PictureData()},
+    **{"steel": rs.material("steel"), "bar": rs.circle(0.02), "here": rs.Frame.identity()},
+}  # fmt: skip
+
+
+def say(_: str, expression: str) -> str:
+    call: Callable[[str], Any] = lambda text: eval(text, NAMES)  # noqa: E731, S307
+    return said(call, expression)
+
+
+@pytest.mark.parametrize("subject", on_file(PAGE))
+def test_what_is_said_of_a_call_is_what_is_on_file(subject):
+    told = {subject: on_file(PAGE)[subject]}
+    assert now(told, say) == told
+
+
+if __name__ == "__main__":
+    write(PAGE, now(on_file(PAGE), say))
