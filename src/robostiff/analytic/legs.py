@@ -19,7 +19,13 @@ from robostiff.analytic.budget import (
 from robostiff.analytic.calculus import compliance_formula
 from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition, Unwritten, count_of, used_definitions
+from robostiff.analytic.exact.definition import (
+    Definition,
+    NamedSteps,
+    Unwritten,
+    count_of,
+    used_definitions,
+)
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.placement.agreement import (
     AGREED,
@@ -35,7 +41,7 @@ from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import StepReading
 from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, summed
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
-from robostiff.analytic.vectors.forms import VectorForm, inverse_in_steps, transport
+from robostiff.analytic.vectors.forms import VectorForm, transport
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
@@ -398,18 +404,8 @@ def _inverse(C: Any) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
     coupled = connected_components(pattern, directed=False)[1]
     if np.max(np.bincount(coupled)) <= _WRITTEN_OUT:
         return compliance_formula(C), ()
-    definitions: list[Definition] = []
-
-    def given(k: int, i: int, j: int, entry: Any) -> Any:
-        # After the last step the inverse is the negative.
-        sign = -1 if k == n - 1 else 1
-        if entry.is_Atom or (-entry).is_Atom:
-            return entry
-        name = f"{'K_0' if k == n - 1 else f'S_{k + 1}'}_{i + 1}{j + 1}"
-        definitions.append(Definition(sp.Symbol(name, real=True), sign * entry))
-        return sign * definitions[-1].symbol
-
-    return inverse_in_steps(C, given), tuple(definitions)
+    steps = NamedSteps()
+    return steps.inverse(C, "S_", "K_0_"), tuple(steps.definitions)
 
 
 _FLOOR = 1e-3  # of K of the robot, added on both sides: rounding of what vanishes is not compared

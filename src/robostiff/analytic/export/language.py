@@ -195,7 +195,7 @@ def fitted(
         return block.factor, rest, EquationRows(())
     name = f"{block.name}_f"
     if needed + len(name) <= room and block.rest is not None and block.factor != 1:
-        named = Equation(name, block.factor, is_vector=False)
+        named = Equation(name, block.factor)
         return sp.Symbol(name), rest, EquationRows((named,))
     columns = widths(whole)
     # The widest entry for which all columns fit; narrow columns leave space for the others.
@@ -213,7 +213,7 @@ def fitted(
             name = f"{block.name}_{'' if block.is_vector else i + 1}{j + 1}"
             names[entry] = sp.Symbol(name)
             names.setdefault(-entry, -names[entry])
-            equations.append(Equation(name, entry, is_vector=False))
+            equations.append(Equation(name, entry))
     shown = [names.get(entry, entry) for entry in whole.flat()]
     matrix = sp.ImmutableMatrix(whole.rows, whole.cols, shown)
     return sp.S.One, matrix, EquationRows(tuple(equations))

@@ -23,7 +23,6 @@ from robostiff.analytic.export.blocks import (
     equations,
     meanings_of_given,
     own_axes,
-    scalar,
     scalar_unless_name,
     stiffness_equation,
     transport,
@@ -142,7 +141,7 @@ def _by_entries(place: int, earlier: str, after: str, before: Any) -> Block:
     whole, across, *sides = (
         sp.Symbol(f"{earlier}_{x}") for x in ("jk", f"{p}{p}", f"j{p}", f"k{p}")
     )
-    return EquationRows((scalar(f"{after}_jk", whole - sides[0] * sides[1] / across),))
+    return equation(f"{after}_jk", whole - sides[0] * sides[1] / across)
 
 
 def _meanings_of_joints(

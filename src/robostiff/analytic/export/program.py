@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import count
 from typing import Any
 
 import sympy as sp
@@ -209,7 +210,11 @@ def _in_order(
         *matrix.flat(),
         *(expression for _, expression in conditions),
     ]
-    shared, reduced = share(expressions, symbols=_temporaries(set(names)))
+
+    def unused() -> Iterator[sp.Symbol]:
+        return (sp.Symbol(x) for i in count(1) if (x := f"t{i}") not in names)
+
+    shared, reduced = share(expressions, symbols=unused())
     # A shared subexpression that is a definition has the name of that.
     own: dict[Any, Any] = {}
     values = dict(shared)
@@ -223,7 +228,7 @@ def _in_order(
     every = [Definition(x, assigned[x]) for x in dict.fromkeys((*defined, *assigned))]
     placed = used_definitions([*in_order(every)], results)
     temporary = [d.symbol for d in placed if d.symbol not in defined]
-    put: dict[Any, Any] = dict(zip(temporary, _temporaries(set(names)), strict=False))
+    put: dict[Any, Any] = dict(zip(temporary, unused(), strict=False))
     steps = [
         Definition(put.get(d.symbol, d.symbol), assigned[d.symbol].xreplace(put)) for d in placed
     ]
@@ -251,14 +256,3 @@ def _in_order(
         (*signs, *((words, x, ">") for (words, _), x in beside)),
         derivation.meanings,
     )
-
-
-def _temporaries(taken: set[str]) -> Iterator[sp.Symbol]:
-    """Unused symbols t1, t2, ..."""
-    letter = "t"
-    while any(name.startswith(letter) and name[len(letter) :].isdigit() for name in taken):
-        letter += "t"
-    number = 1
-    while True:
-        yield sp.Symbol(f"{letter}{number}")
-        number += 1

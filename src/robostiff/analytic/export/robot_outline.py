@@ -22,14 +22,18 @@ from robostiff.analytic.export.blocks import (
     equation,
     equations,
     own_axes,
-    scalar,
     scalar_unless_name,
     stiffness_equation,
     transport,
     unless_long,
 )
 from robostiff.analytic.export.entries import DIGITS, EntryNames, in_decimals
-from robostiff.analytic.export.nomenclature import OF_STRUTS, meanings_of_legs, nomenclature_of
+from robostiff.analytic.export.nomenclature import (
+    OF_STRUTS,
+    letters_of_beam,
+    meanings_of_legs,
+    nomenclature_of,
+)
 from robostiff.analytic.placement.turned_legs import turn_in_words
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.vectors.forms import (
@@ -71,7 +75,7 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
         blocks += _series(series, names.result, taken)
         blocks.append(Sentences(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
     else:
-        closing = tuple(scalar("0", x) for c in derivation.conditions for x in c.equations)
+        closing = tuple(Equation("0", x) for c in derivation.conditions for x in c.equations)
         blocks += [Title("Where the legs close"), EquationRows(closing)]
         if form is not None and derivation.is_closed:
             # One leg and the table have said what all legs transmit, and how they add up.
@@ -335,7 +339,7 @@ def _kind_of_leg(
             decimals = {x.evalf(DIGITS) if x.is_number else x for x in columns[name]}
             if len(decimals) < min(2, len(column)):
                 own = columns.pop(name)[0]
-                same.append(Equation(name, own, isinstance(own, Coordinates)))
+                same.append(Equation(name, own))
     leg = [*equations_of(found.leg), *same]
     of_wrench = [e.name.startswith(("w_", "c_", "o_")) for e in leg]
     first = [e for e, is_later in zip(leg, of_wrench, strict=True) if not is_later]
@@ -429,13 +433,9 @@ def _tables_of_springs(found: VectorForm, taken: set[str]) -> list[Block]:
     beams = tuple(
         (beam, (Vector(Q), Vector(m), *map(in_decimals, own))) for beam, Q, m, own in found.beams
     )
-    head = (Vector("Q"), Vector("m"), *_letters_of_beam(taken))
+    head = (Vector("Q"), Vector("m"), *letters_of_beam(taken))
     blocks: list[Block] = [FormulaTable((Vector("t"), "c"), drives, "joint")] * bool(drives)
     return [*blocks, *[FormulaTable(head, beams, "beam")] * bool(beams)]
-
-
-def _letters_of_beam(taken: set[str]) -> list[str]:
-    return [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
 
 
 def _compliance_of_springs(
@@ -447,7 +447,7 @@ def _compliance_of_springs(
     )
     rows: list[tuple[str, Any]] = [(name, C)]
     if found.beams:
-        own = beam_compliances(*map(sp.Symbol, _letters_of_beam(taken)))
+        own = beam_compliances(*map(sp.Symbol, letters_of_beam(taken)))
         rows += [("T", "[Q, (m ×) Q; 0, Q]"), ("D", sp.Function("diag")(*own))]
     return [EquationRows((*(Equation(*own) for own in rows), *after))]
 

@@ -14,7 +14,7 @@ import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, FormulaTooLargeError, OutOfTimeError, within
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Condition, Definition, count_of
+from robostiff.analytic.exact.definition import Condition, Definition, NamedSteps, count_of
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.factors import determinant, echelon, shared_factors
 from robostiff.analytic.exact.field import ExactField
@@ -135,27 +135,16 @@ def matrix_by_entries(
     Zeros, equal entries and those that differ by a sign are what questions about it can use. Those
     of at most `short` operations have no name either.
     """
-    taken = {s.name for s in K.free_symbols}
-    for d in definitions:
-        taken |= {str(s) for s in (d.symbol, *d.expression.free_symbols)}
-    known: dict[Any, Any] = {}
-    entries = list(definitions)
+    steps, known = NamedSteps(map(str, K.free_symbols), definitions), dict[Any, Any]()
     for i in range(K.rows):
         for j in range(i, K.cols):
             entry: Any = K[i, j]
-            if entry in known:
-                continue
-            known[entry] = entry
-            is_plain = entry.is_Symbol or (-entry).is_Symbol or entry.is_Integer
-            if not (is_plain or count_of(entry) <= short):
-                name = f"{letter}{i + 1}{j + 1}"
-                while name in taken:
-                    name += "'"
-                known[entry] = sp.Symbol(name, real=True)
-                entries.append(Definition(known[entry], entry))
-            known.setdefault(-entry, -known[entry])
+            if entry not in known:
+                is_short = count_of(entry) <= short
+                known[entry] = entry if is_short else steps.named(f"{letter}{i + 1}{j + 1}", entry)
+                known.setdefault(-entry, -known[entry])
     M = sp.ImmutableMatrix(K.rows, K.cols, lambda i, j: known[K[min(i, j), max(i, j)]])
-    return M, tuple(entries)
+    return M, tuple(steps.definitions)
 
 
 def rank_by_legs(K: Any) -> int | None:
