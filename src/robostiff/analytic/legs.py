@@ -423,5 +423,5 @@ def check_leg(found: LegElimination, placed: PlacedRobot) -> None:
         expected = result.leg_stiffness[names.index(found.leg)]
         whole = found.K + sp.Matrix(_FLOOR * result.K)
         given = {s: values[s.name] for s in found.given_symbols}
-        own = whole, found.definitions, given, expected + _FLOOR * result.K
-        check_value(*own, AGREED, found.leg, placed.length)
+        compared = whole, found.definitions, given, expected + _FLOOR * result.K
+        check_value(*compared, AGREED, found.leg, placed.length)

@@ -245,8 +245,8 @@ class WrittenWhole:
     """A frozen dataclass that is pickled with all of its fields written."""
 
     def __getstate__(self) -> dict[str, Any]:
-        own: Any = self
-        return {x.name: getattr(own, x.name) for x in fields(own)}
+        whole: Any = self
+        return {x.name: getattr(whole, x.name) for x in fields(whole)}
 
 
 @cacheit
@@ -260,8 +260,8 @@ def count_of(expression: Any) -> int:
     if expression.is_Add:
         minus = [x for x in parts if _has_minus(x)]
         subtracted = sum(x.is_Mul or x.is_Rational for x in minus)
-        own = sum(map(count_of, parts)) - subtracted
-        return own + len(parts) - 1 + (len(minus) == len(parts))
+        operations = sum(map(count_of, parts)) - subtracted
+        return operations + len(parts) - 1 + (len(minus) == len(parts))
     is_counted = bool(parts) and (expression.is_Pow or expression.is_Function)
     if expression.is_Pow and expression.exp is sp.S.NegativeOne:
         parts = (expression.base,)

@@ -109,8 +109,8 @@ class ExactPoints:
         """Whether a step is a product of two others, or its negative."""
         with flint.ctx.workprec(BITS):
             return all(
-                bool(abs(own - sign * a * b) < _NOTHING * (1 + abs(own)))
-                for own, a, b in zip(*map(self.values, (step, *factors)), strict=True)
+                bool(abs(ball - sign * a * b) < _NOTHING * (1 + abs(ball)))
+                for ball, a, b in zip(*map(self.values, (step, *factors)), strict=True)
             )
 
     def number(self, value: Any) -> Any:
@@ -136,7 +136,7 @@ class ExactPoints:
                 return (flint.arb(int(is_greater)),) * self.count
             return self._known[arguments[1] if is_greater else arguments[0]]
         balls = zip(*(self._known[argument] for argument in arguments), strict=True)
-        return tuple(_FUNCTIONS[operation](*own) for own in balls)
+        return tuple(_FUNCTIONS[operation](*known) for known in balls)
 
 
 def chooses_greater(record: Record, step: int) -> bool:

@@ -195,18 +195,18 @@ class Code(CodePrinter):
             for i, j in np.ndindex(n, n):
                 if matrix[i, j] != 0:
                     is_copy = j < i and matrix[i, j] == matrix[j, i]
-                    own = self._entry(K, j, i) if is_copy else matrix[i, j]
-                    matrices += self.assigned(self._entry(K, i, j), own)
+                    entry = self._entry(K, j, i) if is_copy else matrix[i, j]
+                    matrices += self.assigned(self._entry(K, i, j), entry)
         tests = [f"{size} > {least}" for size, least in self.guarded()]
         tests += [f"{self._print(x)} {sign} {self.zero}" for _, x, sign in self.compute.conditions]
         each = (self.assigned(holds, self.both.format(holds, test)) for test in tests)
-        fields |= {"matrices": matrices, "tests": [line for own in each for line in own]}
+        fields |= {"matrices": matrices, "tests": [line for rows in each for line in rows]}
         lines: list[str] = []
         for line in self.template.splitlines():
             before, _, name = line.rpartition("$")
-            own = fields.get(name)
-            own = [before + x for x in own] if isinstance(own, list) else None
-            lines += [Template(line).substitute(fields)] if own is None else own
+            rows = fields.get(name)
+            rows = [before + x for x in rows] if isinstance(rows, list) else None
+            lines += [Template(line).substitute(fields)] if rows is None else rows
         return "\n".join([*(line.rstrip() for line in lines), ""])
 
     @abstractmethod
@@ -330,6 +330,6 @@ class Code(CodePrinter):
     def described(self) -> Iterator[tuple[str, str]]:
         """The arguments, and what they are in the formula, with their units."""
         for written, symbol in zip(self.arguments, self.compute.arguments, strict=True):
-            own = [] if written == symbol.name else [f"{plain_text(symbol.name)} of the formula"]
+            words = [] if written == symbol.name else [f"{plain_text(symbol.name)} of the formula"]
             meaning = self.compute.meanings.get(symbol.name)
-            yield written, ", ".join([*own, *([plain_text(meaning)] if meaning else [])])
+            yield written, ", ".join([*words, *([plain_text(meaning)] if meaning else [])])

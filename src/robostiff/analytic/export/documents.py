@@ -142,7 +142,7 @@ def latex_snippet(derivation: Any) -> str:
             return isinstance(block, EquationRows) and any(x.name == name for x in block.rows)
         return isinstance(block, MatrixEquation) or bool(totals(block))
 
-    last = max(i for i, own in enumerate(sections) if any(map(is_result, own)))
+    last = max(i for i, section in enumerate(sections) if any(map(is_result, section)))
     blocks = sections[last]
     comments: list[str] = []
     if is_leg and derivation.at_vector_level is None:
@@ -150,7 +150,11 @@ def latex_snippet(derivation: Any) -> str:
     if any(isinstance(b, MatrixEquation) for b in blocks):  # without its beginning w w^T / c
         blocks = [b for b in blocks if totals(b) != [""] and not isinstance(b, FormulaTable)]
     before = [
-        row for own in sections[:last] for b in own if isinstance(b, EquationRows) for row in b.rows
+        row
+        for part in sections[:last]
+        for b in part
+        if isinstance(b, EquationRows)
+        for row in b.rows
     ]
     wanted = symbols_of(x for b in blocks if isinstance(b, MatrixEquation) for x in b.whole)
     rows = [row.expression for b in blocks if isinstance(b, EquationRows) for row in b.rows]
@@ -163,9 +167,9 @@ def latex_snippet(derivation: Any) -> str:
     numbers = {str(d.symbol) for d in derivation.as_printed[1] if is_value(d)}
     numbers &= {x.name for x in wanted}
     comments += [
-        f"% {', '.join(map(str, own))}: {printable(words)}\n"
-        for own, words in meanings
-        if numbers & set(map(str, own))
+        f"% {', '.join(map(str, symbols))}: {printable(words)}\n"
+        for symbols, words in meanings
+        if numbers & set(map(str, symbols))
     ]
     written = [EquationRows(tuple(names))] * bool(names) + blocks
     formulas: list[str] = []

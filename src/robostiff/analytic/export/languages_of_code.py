@@ -141,7 +141,7 @@ class _C(Code):
             [*self.compute.results, *beside, *(a.expression for a in self.compute.assignments)]
         )
         names = enumerate(zip(self.arguments, given, strict=True))
-        numbers = [f"const double {x} = {p}[{k}];" for k, (x, own) in names if own in used]
+        numbers = [f"const double {x} = {p}[{k}];" for k, (x, symbol) in names if symbol in used]
         loop = f"for (int {i} = 0; {i} < {{}}; ++{i})"
         finite = [(p, len(given))] * bool(given) + [(K, self.n**2) for K in self.results]
         h = self.fields["holds"]
@@ -166,8 +166,8 @@ class _C(Code):
             return [f"{p} is not used and may be null."]
         if not any(map(meanings.get, given)):
             return wrapped_words(f"Values: {', '.join(given.values())}.", self.width - 4)
-        words = {x: f": {plain_text(own)}" for x in given if (own := meanings.get(x))}
-        return ["Values:", *(f"  {own}{words.get(x, '')}" for x, own in given.items())]
+        words = {x: f": {plain_text(meaning)}" for x in given if (meaning := meanings.get(x))}
+        return ["Values:", *(f"  {value}{words.get(x, '')}" for x, value in given.items())]
 
     def call(self, function: str, arguments: list[str]) -> str:
         return super().call("fabs" if function == "abs" else function, arguments)
@@ -341,12 +341,12 @@ class _Matlab(Code):
     fails = "It raises the error robostiff:formula"
 
     def parts(self) -> Mapping[str, str | list[str]]:
-        left = self.results[0] if len(self.results) == 1 else f"[{', '.join(self.results)}]"
+        out = self.results[0] if len(self.results) == 1 else f"[{', '.join(self.results)}]"
         checked = [f"[{', '.join(self.arguments)}]"] * bool(self.arguments)
         checked += [f"{K}(:)" for K in self.results]
         finite = " && ".join(f"all(isfinite({x}))" for x in checked)
         return {
-            "head": self.broken(f"function {left} = {self.name}(", f"{', '.join(self.arguments)})"),
+            "head": self.broken(f"function {out} = {self.name}(", f"{', '.join(self.arguments)})"),
             "finite": self.assigned(self.fields["holds"], finite),
         }
 

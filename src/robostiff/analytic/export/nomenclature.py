@@ -202,16 +202,16 @@ def meanings_of_legs(
     `form`: the vector level of the formula, or what of it is printed; None where there is none.
     """
     defined = {d.symbol.name.partition("_")[0] for d in steps}
-    own: list[Meaning] = [((x,), words) for x, words in _OF_NAMES.items() if x in defined]
+    of_steps: list[Meaning] = [((x,), words) for x, words in _OF_NAMES.items() if x in defined]
     of_form = _meanings_of_form(form, names) if isinstance(form, VectorForm) else []
     if of_form and not form.wrenches:
-        return [*of_form, *own]
+        return [*of_form, *of_steps]
     if form is None or of_form:
         wrench = ", ".join(Space.of_size(formula.matrices[0].rows).wrench_order)
         return [
             ((Vector(names.generic("w")),), f"wrench ({wrench}) that a leg transmits"),
             ((names.generic("c"),), "compliance of the leg under this wrench"),
-            *own,
+            *of_steps,
             *of_form,
         ]
     return [
@@ -219,7 +219,7 @@ def meanings_of_legs(
         ((Vector("K_0"),), "stiffness there"),
         (OWN_AXES, "axes of the arm in the world, and their origin"),
         ((Vector("T"),), OF_T),
-        *own,
+        *of_steps,
     ]
 
 
@@ -263,7 +263,7 @@ def _meanings_of_form(found: VectorForm, given: EntryNames) -> list[Meaning]:
     for name in columns:
         if matched := re.fullmatch(r"(\w_i)[xyz]", name):
             coordinates.setdefault(matched[1], []).append(name)
-    return [*rows, *((tuple(own), f"coordinates of {x}") for x, own in coordinates.items())]
+    return [*rows, *((tuple(each), f"coordinates of {x}") for x, each in coordinates.items())]
 
 
 def letters_of_beam(taken: Container[str]) -> list[str]:
@@ -288,8 +288,8 @@ def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
         if meaning and not {name, letter, f"{letter}_1"} & listed:
             recurring.setdefault(meaning, []).append(name)
     rows = list(last.rows)
-    for words, own in recurring.items():
-        rows.append((tuple(own if len(own) < 4 else [*own[:2], "...", own[-1]]), words))
+    for words, each in recurring.items():
+        rows.append((tuple(each if len(each) < 4 else [*each[:2], "...", each[-1]]), words))
     parts: dict[str, tuple[str, int]] = {}
     for name in named:
         letter, _, number = name.rpartition("_")
@@ -332,15 +332,15 @@ def with_conditions(blocks: Sequence[Block], derivation: Any) -> tuple[Block, ..
     groups: dict[Any, list[Condition]] = {}  # of legs alike one
     for c in short:
         groups.setdefault(_multiplied_out(c.expression), []).append(c)
-    named = [(f"{letter}_{i}", own) for i, own in enumerate(groups.values(), start=1)]
+    named = [(f"{letter}_{i}", alike) for i, alike in enumerate(groups.values(), start=1)]
     section: list[Block] = [Title("Where the formula holds")]
     if named:
         section.append(Sentences("It holds where these differences are positive."))
-        section.append(EquationRows(tuple(Equation(x, own[0].expression) for x, own in named)))
+        section.append(EquationRows(tuple(Equation(x, alike[0].expression) for x, alike in named)))
     rest = [c for c in beside if c not in short]
     if rest:
         section.append(Sentences(f"It holds only where {_words(rest, legs)}."))
-    rows = (((name,), f"positive where {_words(own, legs)}") for name, own in named)
+    rows = (((name,), f"positive where {_words(alike, legs)}") for name, alike in named)
     return (*before, *section, Nomenclature((*last.rows, *rows)))
 
 
@@ -351,9 +351,9 @@ def in_programs(derivation: Any) -> list[tuple[str, Any]]:
     for c in derivation.conditions:
         groups.setdefault(_of_any_leg(c), []).append(c)
     found: dict[Any, tuple[str, Any]] = {}
-    for own in groups.values():
-        words = _words(own, legs)
-        for c in own:
+    for alike in groups.values():
+        words = _words(alike, legs)
+        for c in alike:
             found.setdefault(_multiplied_out(c.expression), (words, c.expression))
     return list(found.values())
 
@@ -370,9 +370,9 @@ def _words(conditions: Sequence[Condition], legs: Sequence[str]) -> str:
     for c in conditions:
         groups.setdefault(_of_any_leg(c), {})[c.leg] = None
     found = []
-    for words, own in groups.items():
-        named = "each leg" if {*own} == {*legs} else f"each of {', '.join(map(repr, own))}"
-        found.append(words.replace(_LEGS, f"leg {next(iter(own))!r}" if len(own) == 1 else named))
+    for words, some in groups.items():
+        named = "each leg" if {*some} == {*legs} else f"each of {', '.join(map(repr, some))}"
+        found.append(words.replace(_LEGS, f"leg {next(iter(some))!r}" if len(some) == 1 else named))
     return "; ".join(found)
 
 

@@ -56,14 +56,14 @@ def outline_of(derivation: Any) -> tuple[Block, ...]:
     ['Cartesian stiffness matrix K_C', 'Result']
     """
     outline: Any = _chain
-    for kind, own in (
+    for kind, outline_of_kind in (
         (FormulaDerivative, _derivative),
         (RobotDerivation, robot_outline),
         (LegElimination, _leg),
         (ComplianceSteps, _compliance),
         (FormulaInVectors, outline_in_vectors),
     ):
-        outline = own if isinstance(derivation, kind) else outline
+        outline = outline_of_kind if isinstance(derivation, kind) else outline
     return with_conditions(with_springs(outline(derivation)), derivation)
 
 
@@ -208,7 +208,7 @@ def _leg(derivation: LegElimination) -> list[Block]:
         Sentences("The leg's part of the sum over the legs, eq. (11) to (13):"),
         transport(names.result, names.of("K", count)),
     ]
-    form, own = derivation.at_vector_level, list[Meaning]()
+    form, of_vectors = derivation.at_vector_level, list[Meaning]()
     if form is not None:
         taken = {*names.given, *(d.symbol.name for d in derivation.definitions)}
         section, _ = vector_level(form, names.result, derivation.definitions, taken)
@@ -216,7 +216,7 @@ def _leg(derivation: LegElimination) -> list[Block]:
             is_rows = isinstance(b, EquationRows)  # what is defined above is not said again
             rest = tuple(e for e in b.rows if e.name not in taken) if is_rows else ()
             blocks.append(EquationRows(rest, b.springs) if is_rows else b)
-        own = meanings_of_legs(derivation, form, names)
+        of_vectors = meanings_of_legs(derivation, form, names)
     wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
     rows: list[Meaning] = [
         ((C,), f"compliance of the elastic parts: twist for wrench ({wrench})"),
@@ -229,7 +229,7 @@ def _leg(derivation: LegElimination) -> list[Block]:
         rows += _meanings_of_joints(derivation, names, without_reactions=all(by_entries))
     given = sorted(map(str, derivation.given_symbols))
     listed = dict.fromkeys((*(x for x in derivation.coordinates if x in given), *given))
-    rows += own
+    rows += of_vectors
     return [*blocks, Nomenclature((*rows, *meanings_of_given(listed, derivation.meanings)))]
 
 

@@ -192,7 +192,7 @@ def program(derivation: Formula, *, plain: bool = False) -> FormulaProgram:
     if any(d.expression.free_symbols - known for d in form.definitions):
         return found  # vectors with a coordinate on which K does not depend
     in_vectors = _in_order(derivation, form.K, form.definitions, sp.cse)
-    return min(found, in_vectors, key=lambda own: own.operations)
+    return min(found, in_vectors, key=lambda steps: steps.operations)
 
 
 def _in_order(
@@ -216,15 +216,15 @@ def _in_order(
 
     shared, reduced = share(expressions, symbols=unused())
     # A shared subexpression that is a definition has the name of that.
-    own: dict[Any, Any] = {}
+    same: dict[Any, Any] = {}
     values = dict(shared)
     for symbol, expression in zip(defined, reduced, strict=False):
         if expression in values:
-            own.setdefault(expression, symbol)
-    assigned: dict[Any, Any] = {own.get(x, x): value.xreplace(own) for x, value in values.items()}
+            same.setdefault(expression, symbol)
+    assigned: dict[Any, Any] = {same.get(x, x): value.xreplace(same) for x, value in values.items()}
     for symbol, expression in zip(defined, reduced, strict=False):
-        assigned.setdefault(symbol, expression.xreplace(own))
-    results: list[Any] = [x.xreplace(own) for x in reduced[len(defined) :]]
+        assigned.setdefault(symbol, expression.xreplace(same))
+    results: list[Any] = [x.xreplace(same) for x in reduced[len(defined) :]]
     every = [Definition(x, assigned[x]) for x in dict.fromkeys((*defined, *assigned))]
     placed = used_definitions([*in_order(every)], results)
     temporary = [d.symbol for d in placed if d.symbol not in defined]

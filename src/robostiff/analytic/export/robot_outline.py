@@ -207,7 +207,7 @@ def _leg_by_leg(
     for j, leg in enumerate(in_names):
         if leg.definitions:
             continue
-        for i in (i for i in range(j) if not any(i + 1 in own for own in of_others.values())):
+        for i in (i for i in range(j) if not any(i + 1 in turns for turns in of_others.values())):
             first = in_names[i]
             if words[i] != words[j] or [*leg.compliances] != [*first.compliances]:
                 continue
@@ -216,7 +216,7 @@ def _leg_by_leg(
                 of_others.setdefault(i + 1, {})[j + 1] = turn
                 break
     for number, leg in enumerate(in_names, start=1):
-        if any(number in own for own in of_others.values()):
+        if any(number in turns for turns in of_others.values()):
             continue
         blocks.append(Title(f"Leg {number}: {' '.join(leg.name.split())}"))
         if not alike:
@@ -225,10 +225,10 @@ def _leg_by_leg(
         if not leg.wrenches:
             blocks.append(Sentences("It transmits no wrench."))
         for k, (w, c) in enumerate(zip(leg.wrenches, leg.compliances, strict=True), start=1):
-            own = f"{number}_{k}" if len(leg.wrenches) > 1 else f"{number}"
-            blocks += unless_long(f"w_{own}", sp.ImmutableMatrix([*w, c]), w)
+            index = f"{number}_{k}" if len(leg.wrenches) > 1 else f"{number}"
+            blocks += unless_long(f"w_{index}", sp.ImmutableMatrix([*w, c]), w)
             if not isinstance(blocks[-1], Sentences):
-                blocks += scalar_unless_name(f"c_{own}", c)
+                blocks += scalar_unless_name(f"c_{index}", c)
         turned = (
             f"{turn} it is leg {other}, {' '.join(in_names[other - 1].name.split())}"
             for other, turn in of_others.get(number, {}).items()
@@ -293,8 +293,8 @@ def vector_level(
             "joints, as many as there are."
         )
         closing = " Legs close where they hold the platform alike: {} and {} are those of all legs."
-        own = [Vector(x) for x in ("p_i", "R_i") if x in {e.name for e in found.leg}]
-        listed = [Vector("W_i"), Vector("J_i"), *(own if len(own) > 1 else ())]
+        closed = [Vector(x) for x in ("p_i", "R_i") if x in {e.name for e in found.leg}]
+        listed = [Vector("W_i"), Vector("J_i"), *(closed if len(closed) > 1 else ())]
         blocks += [
             *_compliance_of_springs(found, "C_i", taken, Equation("K_i", whole)),
             Sentences(words + closing * (len(listed) > 2), tuple(listed)),
@@ -338,8 +338,8 @@ def _kind_of_leg(
             columns[name] = [*map(shown, column)]
             decimals = {x.evalf(DIGITS) if x.is_number else x for x in columns[name]}
             if len(decimals) < min(2, len(column)):
-                own = columns.pop(name)[0]
-                same.append(Equation(name, own))
+                value = columns.pop(name)[0]
+                same.append(Equation(name, value))
     leg = [*equations_of(found.leg), *same]
     of_wrench = [e.name.startswith(("w_", "c_", "o_")) for e in leg]
     first = [e for e, is_later in zip(leg, of_wrench, strict=True) if not is_later]
@@ -388,7 +388,7 @@ def _kind_of_leg(
     C = "; ".join(", ".join(f"${c}" if c else "0" for c in row) for row in found.coupled)
     K = f"{total}W_i C_i^-1 W_i^T"
     each: Any = (("W_i", W), ("C_i", f"[{C}]"), (result, K))
-    return [*blocks, EquationRows(tuple(Equation(*own) for own in each))]
+    return [*blocks, EquationRows(tuple(Equation(*row) for row in each))]
 
 
 def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
@@ -431,7 +431,8 @@ def _tables_of_springs(found: VectorForm, taken: set[str]) -> list[Block]:
     """Drives and beams of an arm or of a generic leg."""
     drives = tuple((joint, (Vector(t), in_decimals(c))) for joint, t, c in found.drives)
     beams = tuple(
-        (beam, (Vector(Q), Vector(m), *map(in_decimals, own))) for beam, Q, m, own in found.beams
+        (beam, (Vector(Q), Vector(m), *map(in_decimals, sizes)))
+        for beam, Q, m, sizes in found.beams
     )
     head = (Vector("Q"), Vector("m"), *letters_of_beam(taken))
     blocks: list[Block] = [FormulaTable((Vector("t"), "c"), drives, "joint")] * bool(drives)
@@ -447,9 +448,9 @@ def _compliance_of_springs(
     )
     rows: list[tuple[str, Any]] = [(name, C)]
     if found.beams:
-        own = beam_compliances(*map(sp.Symbol, letters_of_beam(taken)))
-        rows += [("T", "[Q, (m ×) Q; 0, Q]"), ("D", sp.Function("diag")(*own))]
-    return [EquationRows((*(Equation(*own) for own in rows), *after))]
+        compliances = beam_compliances(*map(sp.Symbol, letters_of_beam(taken)))
+        rows += [("T", "[Q, (m ×) Q; 0, Q]"), ("D", sp.Function("diag")(*compliances))]
+    return [EquationRows((*(Equation(*row) for row in rows), *after))]
 
 
 def _in_known_names(
@@ -462,16 +463,16 @@ def _in_known_names(
     renamed: dict[Any, Any] = {}
     new = []
     for definition in names:
-        own = by_formula.get(definition.expression)
+        symbol = by_formula.get(definition.expression)
         if (definition.symbol, definition.expression) in same:
-            own = definition.symbol
-        if own is None:
+            symbol = definition.symbol
+        if symbol is None:
             name = definition.symbol.name
             while name in used:
                 letter, _, number = name.partition("_")
                 name = f"{letter}'_{number}"
-            own = sp.Symbol(name, positive=True)
+            symbol = sp.Symbol(name, positive=True)
         expression: Any = definition.expression.xreplace(renamed)
-        new.append(replace(definition, symbol=own, expression=expression))
-        renamed[definition.symbol] = own
+        new.append(replace(definition, symbol=symbol, expression=expression))
+        renamed[definition.symbol] = symbol
     return renamed, tuple(new)

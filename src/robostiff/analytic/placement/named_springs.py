@@ -52,9 +52,9 @@ def named_springs(robot: Robot, taken: Iterable[str]) -> NamedSprings:
     parts = [*_parts_of(robot)]
     beams = [pair for part in parts for pair in part.beams]
     table = NamedSprings({*taken})
-    table.name_moduli([own for _, own in beams])
-    for name, own in beams:
-        table.name_products(name, own)
+    table.name_moduli([beam for _, beam in beams])
+    for name, beam in beams:
+        table.name_products(name, beam)
     for part in parts:
         if part.drive is not None:
             table.name_stiffness(part.leg + part.name, *part.drive)
@@ -66,10 +66,10 @@ def with_samples(
 ) -> dict[str, Any]:
     """Samples of symbols with those of named springs, whose symbols are added to the others."""
     at = {symbols[name]: sample for name, sample in samples.items()}
-    own = [d.symbol for d in springs]
-    symbols |= {symbol.name: symbol for symbol in own}
+    names = [d.symbol for d in springs]
+    symbols |= {symbol.name: symbol for symbol in names}
     shape = np.shape(next(iter(samples.values()), 0.0))
-    each = zip(own, values_of(own, at, springs), strict=True)
+    each = zip(names, values_of(names, at, springs), strict=True)
     return {**samples, **{s.name: np.broadcast_to(values, shape) for s, values in each}}
 
 
@@ -104,11 +104,11 @@ class NamedSprings:
             if of_telescope:
                 beams = list(of_telescope)
                 for i, x in enumerate(beams):
-                    if (own := self._beams.get(_slender(x))) is not None:
+                    if (stiffnesses := self._beams.get(_slender(x))) is not None:
                         # Products in place of a section, and moduli of 1.
                         plain, section = (
                             Material(x.material.name, 1, 1),
-                            CrossSection(*own.values()),
+                            CrossSection(*stiffnesses.values()),
                         )
                         beams[i] = replace(x, material=plain, section=section)
                 new["beams"] = tuple(beams)
@@ -125,8 +125,8 @@ class NamedSprings:
     def name_stiffness(self, name: str, stiffness: Any, unit: str) -> None:
         """A name for the stiffness of a drive."""
         if (stiffness, unit) not in self._drives:
-            own = f"k_{self._number(('k',))}"
-            self._drives[stiffness, unit] = self._define(own, exact_number(stiffness), unit)
+            k = f"k_{self._number(('k',))}"
+            self._drives[stiffness, unit] = self._define(k, exact_number(stiffness), unit)
         self._of_part(self._drives[stiffness, unit], name)
 
     def name_moduli(self, beams: Iterable[SlenderBeam]) -> None:
@@ -134,16 +134,16 @@ class NamedSprings:
         needed: dict[_Material, dict[str, Any]] = {}
         for beam in beams:
             E, G = map(exact_number, (beam.E, beam.G))
-            own = needed.setdefault((E, G, beam.material), {})
+            moduli = needed.setdefault((E, G, beam.material), {})
             if not E.free_symbols and any(map(_has_symbols, (beam.A, beam.Iy, beam.Iz))):
-                own["E"] = E
+                moduli["E"] = E
             if not G.free_symbols and _has_symbols(beam.J):
-                own["G"] = G
-        needed = {material: own for material, own in needed.items() if own}
+                moduli["G"] = G
+        needed = {material: moduli for material, moduli in needed.items() if moduli}
         is_one = len(needed) == 1 and not self._taken & {"E", "G"}
-        for material, own in needed.items():
+        for material, moduli in needed.items():
             number = "" if is_one else f"_{self._number(('E', 'G'))}"
-            for letter, value in sorted(own.items()):
+            for letter, value in sorted(moduli.items()):
                 self._moduli[letter, material] = self._define(letter + number, value)
 
     def name_products(self, name: str, beam: SlenderBeam) -> None:
@@ -153,11 +153,11 @@ class NamedSprings:
         words = beam.material if is_named else f"the material of {name}"
 
         def product(letter: str, modulus: Any, section: Any) -> Any:
-            own = self._moduli.get((letter, (E, G, beam.material)))
-            if own is None or not section.free_symbols:
+            name_of_modulus = self._moduli.get((letter, (E, G, beam.material)))
+            if name_of_modulus is None or not section.free_symbols:
                 return modulus * section
-            self._of_part(own, words)
-            return own * section
+            self._of_part(name_of_modulus, words)
+            return name_of_modulus * section
 
         EA, EI_y, EI_z = (product("E", E, x) for x in (A, Iy, Iz))
         written = {"EA": EA, "EI_y": EI_y, "EI_z": EI_z, "GJ": product("G", G, J)}
@@ -166,14 +166,14 @@ class NamedSprings:
             number, named = self._number(_LETTERS), dict[str, Any]()
             for letter, expression in written.items():
                 alike = letter in ("EI_z", "EI_y") and written["EI_y"] == written["EI_z"]
-                own = "EI" if alike else letter
+                kind = "EI" if alike else letter
                 if count_of(expression) <= _SHORT and expression.free_symbols:
                     named[letter] = expression
                     continue
                 # A stiffness that another beam has, too, keeps its name.
-                if (own, expression) not in self._products:
-                    self._products[own, expression] = self._define(f"{own}_{number}", expression)
-                named[letter] = self._products[own, expression]
+                if (kind, expression) not in self._products:
+                    self._products[kind, expression] = self._define(f"{kind}_{number}", expression)
+                named[letter] = self._products[kind, expression]
             self._sets[key] = named
         self._beams[beam] = found = self._sets[key]
         for symbol in found.values():
@@ -186,16 +186,16 @@ class NamedSprings:
 
     def _of_part(self, symbol: Any, name: str) -> None:
         """List a part of which it is a stiffness."""
-        own = self._definitions.get(symbol)
-        if own is not None and name not in own.parts:
-            self._definitions[symbol] = replace(own, parts=(*own.parts, name))
+        definition = self._definitions.get(symbol)
+        if definition is not None and name not in definition.parts:
+            self._definitions[symbol] = replace(definition, parts=(*definition.parts, name))
 
     def _number(self, letters: Iterable[str]) -> int:
         """The first number with which no letter stands for something else."""
         names = ({f"{x}_{number}" for x in letters} for number in count(1))
-        own = next(own for own in names if not own & self._taken)
-        self._taken |= own
-        return int(min(own).rpartition("_")[2])
+        free = next(x for x in names if not x & self._taken)
+        self._taken |= free
+        return int(min(free).rpartition("_")[2])
 
 
 def _has_symbols(value: Any) -> bool:
@@ -228,9 +228,9 @@ class _Part:
             yield self.name, self.elasticity.beam
         each = getattr(self.own, "beams", ())
         for i, beam in enumerate(each, start=1):
-            own = _slender(beam)
-            if own is not None:
-                yield f"{self.name}.beam{i if len(each) > 1 else ''}", own
+            slender = _slender(beam)
+            if slender is not None:
+                yield f"{self.name}.beam{i if len(each) > 1 else ''}", slender
 
     @property
     def drive(self) -> tuple[Any, str] | None:
@@ -247,9 +247,9 @@ def _parts_of(robot: Robot) -> Iterator[_Part]:
     for leg in robot.legs:
         users.setdefault(id(leg.chain), []).append(leg.name)
     chains = {id(leg.chain): leg.chain for leg in robot.legs}
-    for own, names in users.items():
+    for chain, names in users.items():
         alone = len(users) > 1 and len(names) == 1
-        yield from _parts_of_chain(chains[own], "", f"{names[0]}/" if alone else "")
+        yield from _parts_of_chain(chains[chain], "", f"{names[0]}/" if alone else "")
     for part in () if robot.platform is None else robot.platform.parts:
         yield _Part(part, f"platform/{part.name}")
 
@@ -259,8 +259,8 @@ def _parts_of_chain(chain: Chain, prefix: str, leg: str) -> Iterator[_Part]:
     for element in chain.elements:
         name = getattr(element, "name", "")
         if isinstance(element, ParallelBlock):
-            for own in element.branches:
-                yield from _parts_of_chain(own.chain, f"{prefix}{name}/{own.name}/", leg)
+            for branch in element.branches:
+                yield from _parts_of_chain(branch.chain, f"{prefix}{name}/{branch.name}/", leg)
         else:
             freedoms[name] = getattr(element, "freedoms", ())
             yield _Part(element, prefix + name, leg, freedoms[name])
@@ -277,8 +277,8 @@ def _replaced(part: Any, new: dict[int, Any]) -> Any:
             return part if all(a is b for a, b in zip(part, found, strict=True)) else found
         if not is_dataclass(part) or isinstance(part, type):
             return part
-        own = {f.name: getattr(part, f.name) for f in fields(part) if f.init}
-        found = {name: _replaced(x, new) for name, x in own.items()}
-        found = {name: x for name, x in found.items() if x is not own[name]}
+        values = {f.name: getattr(part, f.name) for f in fields(part) if f.init}
+        found = {name: _replaced(x, new) for name, x in values.items()}
+        found = {name: x for name, x in found.items() if x is not values[name]}
         new[id(part)] = replace(part, **found) if found else part
     return new[id(part)]

@@ -126,8 +126,8 @@ def sum_of_springs(
     last = [d for d in recurring.definitions if d not in first]
     lengths = [replace(d, expression=_in_names(d.expression, first)) for d in read.definitions]
     first, last = (
-        [replace(d, expression=shortest_trigonometry(d.expression)) for d in own]
-        for own in (first, last)
+        [replace(d, expression=shortest_trigonometry(d.expression)) for d in those]
+        for those in (first, last)
     )
     definitions, numbers = list[Definition](), dict[Any, Any]()
     for d in (*first, *lengths, *last):  # without numbers before sums

@@ -68,16 +68,16 @@ class Components(NamedSteps):
 
         `number`: of the leg, in place of the index i, such as ``_1``; ``_1_2`` in place of ij.
         """
-        value, own = self.value(expression), name
+        value, full = self.value(expression), name
         if number:
-            own = name.replace("_ij", number).replace("_i", number)
-            own += number * (own == name)
+            full = name.replace("_ij", number).replace("_i", number)
+            full += number * (full == name)
         if not isinstance(value, np.ndarray):
-            self.known[name] = self.named(own, value)
+            self.known[name] = self.named(full, value)
             return
         marks = "xyz" if value.shape == (3,) else range(1, len(value) + 1)
         places = marks if value.ndim == 1 else [f"{i}{j}" for i, j in product(marks, repeat=2)]
-        each = [self.named(f"{own}_{m}", x) for m, x in zip(places, value.flat, strict=True)]
+        each = [self.named(f"{full}_{m}", x) for m, x in zip(places, value.flat, strict=True)]
         self.known[name] = np.array(each, dtype=object).reshape(value.shape)
 
     def named(self, name: str, value: Any) -> Any:
