@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from itertools import combinations_with_replacement
 from typing import Any
 
 import sympy as sp
@@ -223,20 +223,12 @@ class ExactMatrix:
         zero = field.ring.constant(0)
         return cls(field, _symmetric(n, upper, zero), denominator)
 
-    @cached_property
-    def fractions(self) -> dict[tuple[int, int], Element]:
-        """The canonical fractions of the upper part, by row and column."""
-        n = len(self.entries)
-        return {
-            (i, j): self.field.fraction(self.entries[i][j], self.denominator)
-            for i in range(n)
-            for j in range(i, n)
-        }
-
     def expressions(self) -> sp.ImmutableMatrix:
         """The matrix in SymPy, every entry a canonical fraction."""
-        n = len(self.entries)
-        given = {place: f for place, f in self.fractions.items() if not f.is_zero}
+        n, given = len(self.entries), dict[tuple[int, int], Element]()
+        for i, j in combinations_with_replacement(range(n), 2):
+            if not self.entries[i][j].is_zero():
+                given[i, j] = self.field.fraction(self.entries[i][j], self.denominator)
         # Most entries have the same denominator: it is written once.
         dens: list[Any] = []
         places = []

@@ -316,11 +316,6 @@ def _samples(
     Where coordinates follow from the legs, all values are those of closed postures.
     """
     if follows.any:
-        if not robot.symbols and not follows.pose and not follows.at_joints:
-            home: dict[str, float] = {}
-            for i, names in follows.legs.items():
-                home.update(zip(names, map(float, finder.solvers[i].home), strict=True))
-            return {name: np.full(_SAMPLES, home[name]) for name in symbols}
         closed: list[Sample] = follows.samples(_SAMPLES, _SEED, _SPREAD)
         found = [{**sample.values, **sample.coordinates} for sample in closed]
         return {name: np.array([values[name] for values in found]) for name in symbols}

@@ -88,15 +88,15 @@ class HeldWrench:
     compliance: Any  # a name, or a short formula
     met: np.ndarray  # (count,): its values at the samples
 
-    def about(self, reference: np.ndarray, search: WrenchSearch) -> list[Any]:
-        """Its six entries about a point, world axes."""
-        record, length = search.record, search.length
-        return _combined([(f, w.about(reference, record, length)) for f, w in self.parts], search)
-
-    def seen_from(self, frame: WorkingFrame, search: WrenchSearch) -> list[Any]:
-        """Its six entries in a frame, about its origin."""
-        record, length = search.record, search.length
-        return _combined([(f, w.seen_from(frame, record, length)) for f, w in self.parts], search)
+    def seen_from(self, place: WorkingFrame | np.ndarray, search: WrenchSearch) -> list[Any]:
+        """Its six entries in a frame, about its origin, or about a point in world axes."""
+        record, length, factors = search.record, search.length, [f for f, _ in self.parts]
+        is_frame = isinstance(place, WorkingFrame)
+        each = [
+            (w.seen_from if is_frame else w.about)(place, record, length) for _, w in self.parts
+        ]
+        columns = zip(*each, search.scale, strict=True)
+        return [record.simplified(dot(factors, own), scale) for *own, scale in columns]
 
 
 @dataclass(frozen=True, eq=False)
@@ -413,13 +413,6 @@ def shares_of(columns: Sequence[list[Any]], w: list[Any], search: WrenchSearch) 
                     for x, y in zip(rows[r], rows[pivot], strict=True)
                 ]
     return [rows[r][m] for r in taken]
-
-
-def _combined(terms: Sequence[tuple[Any, list[Any]]], search: WrenchSearch) -> list[Any]:
-    scale, factors = search.scale, [f for f, _ in terms]
-    return [
-        search.record.simplified(dot(factors, [w[i] for _, w in terms]), scale[i]) for i in range(6)
-    ]
 
 
 def _less(

@@ -140,10 +140,18 @@ def sum_of_springs(
         K.xreplace({s: _in_names(both[i], first) for s, both in squares.items()}).xreplace(numbers)
         for i in (0, 1)
     )
+
+    def written(x: Any) -> Any:
+        return _in_names(x, first).xreplace(numbers)
+
+    rows = search.space.rows
     in_names = {
         number: (
-            tuple(_in_names(g.written(i, search, read), first).xreplace(numbers) for g, i in leg),
-            tuple(_in_names(g.compliance, first).xreplace(numbers) for g, _ in leg),
+            tuple(
+                written(sp.ImmutableMatrix([read(g.wrenches[i].entries[k]) for k in rows]))
+                for g, i in leg
+            ),
+            tuple(written(g.compliance) for g, _ in leg),
         )
         for number, leg in legs.items()
     }
@@ -186,10 +194,10 @@ def _grouped(
             legs[i].append((group, len(group.wrenches)))
             if len(one.parts) > 1:
                 group.shifted.add(len(group.wrenches))
-            about = one.about(placed.reference, search)
+            about = one.seen_from(placed.reference, search)
             if placed.follows.at_joints:  # in its own joint coordinates by way of its end
                 placed_leg, leg = placed.place(i), placed.entries.legs[i]
-                w = one.about(placed_leg.leg.end, search)
+                w = one.seen_from(placed_leg.leg.end, search)
                 away = np.array(leg.attachment.p, dtype=object) - placed.entries.reference_point
                 moved = zip(w[3:], cross(placed_leg.platform.R @ away, w[:3]), strict=True)
                 about = [*w[:3], *(b if is_zero(a) else a + b for a, b in moved)]
@@ -287,11 +295,6 @@ class WrenchesAlike:
         count = range(len(self.wrenches))
         firsts = count if self.orbits is None else [next(iter(orbit)) for orbit in self.orbits]
         return {i: self.wrenches[i].entries for i in firsts}
-
-    def written(self, number: int, search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
-        """One of the wrenches."""
-        entries = self.wrenches[number].entries
-        return sp.ImmutableMatrix([read(entries[i]) for i in search.space.rows])
 
 
 def matrix_of(

@@ -7,7 +7,7 @@ steps of scalars, by which all else is found: numbers, derivatives, programs.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import product
@@ -18,7 +18,6 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import Definition, NamedSteps, used_definitions
-from robostiff.analytic.exact.exact_points import matrix_value
 from robostiff.analytic.vectors.vector_expressions import Coordinates, Equation, names_in, value_of
 from robostiff.spatial import Space
 
@@ -138,16 +137,6 @@ class FormulaInVectors(Formula):
     def definitions(self) -> tuple[Definition, ...]:
         """Components of all vectors, one leg after the other."""
         return self._in_components[1]
-
-    def stiffness(self, values: Mapping[str, float]) -> np.ndarray:
-        """K (n, n) at values of the given symbols, by the very equations that are printed."""
-        K, definitions = self._in_components
-        symbols = K.free_symbols.union(*(d.expression.free_symbols for d in definitions))
-        known = {s: values[str(s)] for s in symbols - {d.symbol for d in definitions}}
-        found = matrix_value(K, known, definitions)
-        if np.all(np.isfinite(found)):
-            return found
-        return matrix_value(K, known, definitions, careful=True)  # numbers too long for floats
 
     def components(self) -> Components:
         """None yet, but for names; no name is that of a given symbol."""
