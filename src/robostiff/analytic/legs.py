@@ -346,7 +346,7 @@ def derive_leg(
     check_leg(found, placed)
 
     def in_vectors() -> VectorForm | None:
-        again = place_robot(robot, pose or AtHome())
+        again = place_robot(robot, pose or AtHome()).knowing(found.definitions)
         whole = None if robot.platform else vector_form(again)
         if whole is not None:
             RobotInNumbers.of(again).check(whole.K, whole.definitions)

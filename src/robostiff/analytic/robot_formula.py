@@ -364,7 +364,7 @@ def _derivation(
     def in_vectors() -> VectorForm | InSeries | None:
         if placed.robot.platform is not None:
             return None
-        at = again() if again else placed
+        at = (again() if again else placed).knowing(named.definitions if named else ())
         form = vector_form(at) or series_form(at)
         if form is not None:
             in_numbers.check(form.K, form.definitions)

@@ -211,8 +211,7 @@ def _leg(derivation: LegElimination) -> list[Block]:
     form, of_vectors = derivation.at_vector_level, list[Meaning]()
     if form is not None:
         taken = {*names.given, *(d.symbol.name for d in derivation.definitions)}
-        section, _ = vector_level(form, names.result, derivation.definitions, taken)
-        for b in section:
+        for b in vector_level(form, names.result, taken):
             is_rows = isinstance(b, EquationRows)  # what is defined above is not said again
             rest = tuple(e for e in b.rows if e.name not in taken) if is_rows else ()
             blocks.append(EquationRows(rest, b.springs) if is_rows else b)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -53,19 +53,18 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
     names = EntryNames(derivation)
     blocks: list[Block] = [Title(names.title, level=1), _summary(derivation, names)]
     blocks += [Sentences(derivation.remark)] * bool(derivation.remark)
-    named = _named(derivation, names)
-    definitions = list(named.definitions)
     form, alone, taken = derivation.vectors, is_vectors_alone(derivation), set(names.given)
+    defined = {d.symbol for x in (form, *form.others) for d in x.names} if form else set()
+    named = _named(derivation, {*names.given, *map(str, defined)})
+    definitions = list(named.definitions)
     # Wrenches in names are shorter than one leg by its springs.
     in_names = bool(form and form.passive) and not alone and derivation.named is not None
     form = None if in_names else form
     if form is not None:
         if derivation.is_closed or not alone:
             form = replace(form, average=None)  # K is written out
-        springs = [] if alone else [d for d in derivation.definitions if d.parts]
         taken |= set() if alone else {d.symbol.name for d in derivation.definitions}
-        section, defined = vector_level(form, names.result, [*definitions, *springs], taken)
-        blocks += section
+        blocks += vector_level(form, names.result, taken)
         definitions = [d for d in definitions if d.symbol not in defined]
     series = derivation.in_series
     if alone:
@@ -95,7 +94,7 @@ def outline_in_vectors(form: FormulaInVectors) -> list[Block]:
     """The blocks of a vector level alone."""
     names = EntryNames(form)
     if isinstance(form, VectorForm) and not form.is_arm:
-        blocks, _ = vector_level(form, names.result, (), set(names.given))
+        blocks = vector_level(form, names.result, set(names.given))
     else:
         blocks = _series(form, names.result, set(names.given))
     rows = meanings_of_legs(form, form, names)
@@ -114,7 +113,7 @@ def is_vectors_alone(derivation: RobotDerivation) -> bool:
     return len(entries) + len(used) > _MOST_LINES
 
 
-def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
+def _named(derivation: RobotDerivation, taken: set[str]) -> InNames:
     """Names for K and the wrenches together, so that a name has one meaning; none in steps."""
     K, legs = derivation.K, derivation.legs
     if derivation.named is not None:
@@ -124,7 +123,7 @@ def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
     upper = [K[i, j] for i in range(K.rows) for j in range(i, K.rows)]
     columns = [[*w, c] for leg in legs for w, c in zip(leg.wrenches, leg.compliances, strict=True)]
     every = [*upper, *(entry for column in columns for entry in column)]
-    named = name_combinations(sp.ImmutableMatrix([every]), names.given)
+    named = name_combinations(sp.ImmutableMatrix([every]), taken)
     written = dict(zip(every, named.matrix.flat(), strict=True))
     found = [
         replace(
@@ -134,8 +133,7 @@ def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
         )
         for leg in legs
     ]
-    lower = {K[j, i]: written[K[i, j]] for i in range(K.rows) for j in range(i, K.rows)}
-    return InNames(K.applyfunc({**lower, **written}.__getitem__), tuple(found), named.definitions)
+    return InNames(K.applyfunc(written.__getitem__), tuple(found), named.definitions)
 
 
 def _summary(derivation: RobotDerivation, names: EntryNames) -> Sentences:
@@ -242,15 +240,10 @@ def _leg_by_leg(
     return [*blocks, Title("Sum of the legs"), total, equations(rest)]
 
 
-def vector_level(
-    found: VectorForm, result: str, known: Sequence[Definition], taken: set[str]
-) -> tuple[list[Block], set[Any]]:
+def vector_level(found: VectorForm, result: str, taken: set[str]) -> list[Block]:
     """The generic leg, the table of what differs, and the sum over the legs.
 
-    Also the known names that it defines.
-
-    `result`: name of the stiffness; `known`: names that the rest of the derivation has;
-    `taken`: names that stand for something else.
+    `result`: name of the stiffness; `taken`: names that stand for something else.
     """
     alone = len(found.legs) == 1 and not found.others
     words = (
@@ -278,13 +271,12 @@ def vector_level(
     parts = [f"K_{k + 1}" for k in range(len(forms))] if several else [result]
     written: set[Any] = set()
     for k, (form, part) in enumerate(zip(forms, parts, strict=True)):
-        renamed, names = _in_known_names(form.names, known, taken)
         if several:
             of = "Leg" if len(form.legs) == 1 else "Legs"
             blocks.append(Title(f"{of}: {', '.join(form.legs)}", level=3))
-        new = [d for d in names if d.symbol not in written]
-        blocks += _kind_of_leg(form, part, renamed, new, () if k else form.pose, taken)
-        written |= {d.symbol for d in names}
+        new = [d for d in form.names if d.symbol not in written]
+        blocks += _kind_of_leg(form, part, new, () if k else form.pose, taken)
+        written |= {d.symbol for d in form.names}
     blocks += [Title("All legs", level=3)] * several
     if found.passive:
         whole: Any = "W_i (W_i^T C_i W_i)^-1 W_i^T"
@@ -311,31 +303,27 @@ def vector_level(
             ),
             MatrixEquation(result, found.average),
         ]
-    return blocks, written
+    return blocks
 
 
 def _kind_of_leg(
     found: VectorForm,
     result: str,
-    renamed: Mapping[Any, Any],
     names: Sequence[Definition],
     pose: Sequence[Equation],
     taken: set[str],
 ) -> list[Block]:
     """One leg of a kind, the table of what differs, and the sum over these legs."""
 
-    def shown(x: Any) -> Any:
-        return in_decimals(x.xreplace(renamed))
-
     def equations_of(rows: Sequence[Equation]) -> list[Equation]:
-        return [replace(e, expression=shown(e.expression)) for e in rows]
+        return [replace(e, expression=in_decimals(e.expression)) for e in rows]
 
     columns: dict[str, list[Any]] = {}
     same: list[Equation] = []  # what differs by rounding alone
     for name, column in found.columns.items():
         # Joint coordinates are the given ones, with the number of the leg in place of i.
         if not all(re.fullmatch(name.replace("_i_", r"_\d+_"), str(x)) for x in column):
-            columns[name] = [*map(shown, column)]
+            columns[name] = [*map(in_decimals, column)]
             decimals = {x.evalf(DIGITS) if x.is_number else x for x in columns[name]}
             if len(decimals) < min(2, len(column)):
                 value = columns.pop(name)[0]
@@ -373,7 +361,7 @@ def _kind_of_leg(
             EquationRows((couple, compliance)),
             FormulaTable(
                 ("r_ijx", "r_ijy", "r_ijz"),
-                tuple((name, tuple(map(shown, arm))) for _, name, arm in found.rods),
+                tuple((name, tuple(map(in_decimals, arm))) for _, name, arm in found.rods),
                 "rod",
             ),
         ]
@@ -451,28 +439,3 @@ def _compliance_of_springs(
         compliances = beam_compliances(*map(sp.Symbol, letters_of_beam(taken)))
         rows += [("T", "[Q, (m ×) Q; 0, Q]"), ("D", sp.Function("diag")(*compliances))]
     return [EquationRows((*(Equation(*row) for row in rows), *after))]
-
-
-def _in_known_names(
-    names: Sequence[Definition], known: Sequence[Definition], taken: set[str]
-) -> tuple[dict[Any, Any], tuple[Definition, ...]]:
-    """Names that the rest of the derivation has for the same formulas, otherwise free ones."""
-    by_formula = {d.expression: d.symbol for d in known}
-    same = {(d.symbol, d.expression) for d in known}
-    used = taken | {d.symbol.name for d in known}
-    renamed: dict[Any, Any] = {}
-    new = []
-    for definition in names:
-        symbol = by_formula.get(definition.expression)
-        if (definition.symbol, definition.expression) in same:
-            symbol = definition.symbol
-        if symbol is None:
-            name = definition.symbol.name
-            while name in used:
-                letter, _, number = name.partition("_")
-                name = f"{letter}'_{number}"
-            symbol = sp.Symbol(name, positive=True)
-        expression: Any = definition.expression.xreplace(renamed)
-        new.append(replace(definition, symbol=symbol, expression=expression))
-        renamed[definition.symbol] = symbol
-    return renamed, tuple(new)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -57,7 +57,8 @@ class PlacedRobot:
     closed: dict[int, np.ndarray]  # by leg number: coordinates of the legs that close by iteration
     record: Record
     symbols: dict[str, sp.Symbol]  # by name: one for each input of the record
-    springs: tuple[Definition, ...]  # what those of them stand for that are no given symbols
+    # what those of them stand for that are no given symbols, and other names
+    springs: tuple[Definition, ...]
     platform: FormulaPose
     # a leg by its number; not placed before it is needed
     place: Callable[[int], PlacedFormula]
@@ -86,6 +87,11 @@ class PlacedRobot:
                 words = "place of the platform's origin [m]"
             found |= {symbol.name: words for symbol in value.free_symbols}
         return found | self.follows.meanings(self.solvers) | dict(self.robot.meanings)
+
+    def knowing(self, definitions: Sequence[Definition]) -> PlacedRobot:
+        """The same with names that formulas have, so that each formula gets one."""
+        others = (d for d in self.springs if d not in definitions)
+        return replace(self, springs=(*others, *definitions))
 
     @cached_property
     def written_out(self) -> dict[str, Any]:

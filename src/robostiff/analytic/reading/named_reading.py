@@ -63,7 +63,7 @@ class NamedReading:
         self.record = record
         self.definitions: list[Definition] = list(springs)
         self._closed = ClosedReading(record, dict(symbols))
-        self._taken = set(symbols)
+        self._taken = {*symbols, *(d.symbol.name for d in self.definitions)}
         self._raw: dict[int, Any] = {}
         self._fractions: dict[Any, Any] = {}
         self._operations = 0
@@ -180,7 +180,8 @@ class NamedReading:
             if known.expression == expression and known.symbol.name.startswith(f"{letter}_"):
                 return known.symbol
         assumed = {"positive": True} if letter in _POSITIVE else {"real": True}
-        symbol = sp.Symbol(next(free_names(letter, self._taken)), **assumed)
+        taken = self._taken.union(self.record.names.values())
+        symbol = sp.Symbol(next(free_names(letter, taken)), **assumed)
         self._taken.add(symbol.name)
         self.definitions.append(Definition(symbol, expression))
         return symbol

@@ -42,7 +42,7 @@ from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import written_size
 from robostiff.analytic.reading.rewriting import Written
 from robostiff.analytic.reading.short_writing import shortest
-from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError
+from robostiff.analytic.springs.leg_springs import LegReader, NoUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.record import Entry, is_zero
 from robostiff.recorded.leg import at_samples
@@ -111,7 +111,7 @@ def sum_of_springs(
     for group in groups:
         at = np.stack([w.at for w in group.wrenches], axis=1)
         group.orbits = orbits_of(at / search.scale)  # which wrenches are turns of others
-    squares: dict[Any, tuple[Any, Any]] = {}
+    squares: dict[Any, Any] = {}
     entry: Callable[[Any], Any] = read
     if placed.follows.at_joints:
         entry = lambda x: shortest_trigonometry(read(x))  # noqa: E731
@@ -136,10 +136,7 @@ def sum_of_springs(
         if rest.is_Add and number != 1:
             numbers[d.symbol], expression = number * d.symbol, rest
         definitions.append(replace(d, expression=expression))
-    plain, shorter = (
-        K.xreplace({s: _in_names(both[i], first) for s, both in squares.items()}).xreplace(numbers)
-        for i in (0, 1)
-    )
+    K = K.xreplace({s: _in_names(x, first) for s, x in squares.items()}).xreplace(numbers)
 
     def written(x: Any) -> Any:
         return _in_names(x, first).xreplace(numbers)
@@ -155,9 +152,9 @@ def sum_of_springs(
         )
         for number, leg in legs.items()
     }
-    results = [plain, *(x for leg in in_names.values() for parts in leg for x in parts)]
-    found = SumOfSprings(plain, in_names, used_definitions(definitions, results))
-    found = _with_components(found, shorter, placed)
+    results = [K, *(x for leg in in_names.values() for parts in leg for x in parts)]
+    found = SumOfSprings(K, in_names, used_definitions(definitions, results))
+    found = _with_components(found, placed)
     formulas = *different_entries(found.K.flat()), *(d.expression for d in found.definitions)
     at_most = sum(map(count_of, formulas))
     if at_most > PRINTED and operations_of(found.K, found.definitions) > PRINTED:
@@ -184,11 +181,11 @@ def _grouped(
             continue
         try:
             wrenches = reader.of(placed.place(i).leg)
-        except NotHeldByUnitWrenchesError:
+        except NoUnitWrenchesError:
             return None
         legs[i] = []
         for one in wrenches:
-            key = tuple(map(float, one.met))
+            key = tuple(map(float, one.sample))
             alike = next((k for k in groups if np.allclose(k, key, rtol=_SAME, atol=0)), key)
             group = groups.setdefault(alike, WrenchesAlike(one.compliance))
             legs[i].append((group, len(group.wrenches)))
@@ -206,14 +203,9 @@ def _grouped(
     return list(groups.values()), legs
 
 
-def _with_components(
-    found: SumOfSprings, K: sp.ImmutableMatrix, placed: PlacedRobot
-) -> SumOfSprings:
-    """With names for components of unit vectors, and without idle ones, where that is shorter.
-
-    K may be the same in shorter averages.
-    """
-    entries = different_entries(K.flat())
+def _with_components(found: SumOfSprings, placed: PlacedRobot) -> SumOfSprings:
+    """With names for components of unit vectors, and without idle ones, where that is shorter."""
+    K, entries = found.K, different_entries(found.K.flat())
     others = [
         tuple(x)
         for leg in found.legs.values()
@@ -301,11 +293,11 @@ def matrix_of(
     groups: list[WrenchesAlike],
     search: WrenchSearch,
     read: Callable[[Any], Any],
-    squares: dict[Any, tuple[Any, Any]],
+    squares: dict[Any, Any],
 ) -> sp.ImmutableMatrix | None:
     """The sum of all groups; None where that is long, as of many legs that are all different.
 
-    An average of squares that is shorter by the unit length has a symbol: `squares` has both.
+    An average of squares that is shorter by the unit length has a symbol, and is in `squares`.
     """
     rows = list(search.space.rows)
     n = len(rows)
@@ -328,7 +320,7 @@ def matrix_of(
                     other = sp.Add(*(n * (1 - read(x) ** 2) for n, x in others[place]))
                     if count_of(other) < count_of(term):
                         symbol = sp.Symbol(f"average {other}", positive=True)
-                        squares[symbol] = term, other
+                        squares[symbol] = other
                         term = symbol
                 if term not in known:
                     known[term] = product_of(term, below)

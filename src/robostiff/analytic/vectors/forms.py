@@ -306,10 +306,8 @@ class VectorForm(FormulaInVectors):
         for k, twist in enumerate(self.passive, start=1):
             J = sp.Matrix(steps.known[twist]).extract(rows, [0])
             *_, K = steps.eliminated(K, J, f"{number}_{k}")
-        whole, units = sp.zeros(6, len(rows)), sp.eye(6)
-        for k, row in enumerate(rows):
-            whole[row, :] = K.row(k)
-        return [(whole.col(k), None, units.col(row)) for k, row in enumerate(rows)]
+        units = sp.eye(6)[:, rows]
+        return [((units * K).col(k), None, units.col(k)) for k in range(len(rows))]
 
 
 def beam_compliances(L: Any, EA: Any, EI_y: Any, EI_z: Any, GJ: Any) -> list[Any]:

@@ -19,7 +19,7 @@ from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.turned_legs import COMPONENTS, averages, orbits_of
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError, summed
+from robostiff.analytic.springs.leg_springs import LegReader, NoUnitWrenchesError, summed
 from robostiff.analytic.springs.unit_wrenches import UnitWrench, WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.leg_table import LegTable
@@ -72,7 +72,7 @@ def vector_form(placed: PlacedRobot) -> VectorForm | None:
         return None
     try:
         found = _Recognition(placed).form()
-    except (FormulaTooLargeError, NotHeldByUnitWrenchesError):
+    except (FormulaTooLargeError, NoUnitWrenchesError):
         return None
     return found and replace(found, average=_average_of(found, placed))
 
@@ -300,7 +300,7 @@ class _Recognition:
         couple = sp.Symbol(f"c_i_{last}", real=True)
         for k, equations in enumerate(found):
             name = f"c{names[k][1:]}"
-            compliance = _met(table, name, [leg.entries[k, k] for leg in legs])
+            compliance = _compliance_of_legs(table, name, [leg.entries[k, k] for leg in legs])
             if k == moved:
                 if name in table.columns:
                     return None
@@ -326,7 +326,7 @@ class _Recognition:
         return (p, *turned, *([r0] if self.platform.is_shifted else []))
 
 
-def _met(table: LegTable, name: str, each: list[Any]) -> Any:
+def _compliance_of_legs(table: LegTable, name: str, each: list[Any]) -> Any:
     """What wrenches of all legs meet; drives of different stiffness are a column k_i."""
     terms = [sp.Add.make_args(x) for x in each]
     common = [x for x in terms[0] if all(x in of_term for of_term in terms)]

@@ -166,8 +166,8 @@ class WrenchWriter:
             C[:, i, j] = C[:, j, i] = value
         compliance = W.mT @ sample.C @ W
         sizes = np.sqrt(np.einsum("nii->ni", compliance))
-        is_met = np.abs(compliance - C) <= SAME * sizes[:, :, None] * sizes[:, None]
-        return bool(np.all(is_met) and np.all(np.abs(W.mT @ sample.J) <= SAME * np.max(np.abs(W))))
+        is_same = np.abs(compliance - C) <= SAME * sizes[:, :, None] * sizes[:, None]
+        return bool(np.all(is_same) and np.all(np.abs(W.mT @ sample.J) <= SAME * np.max(np.abs(W))))
 
     def _in_scalars(
         self, leg: PlacedLeg, found: list[_Written], basis: Basis, bars: _OfBars | None
