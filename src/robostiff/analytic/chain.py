@@ -19,14 +19,8 @@ from robostiff.analytic.exact.definition import NamedSteps, Unwritten
 from robostiff.analytic.exact.exact_points import BITS, balls_of
 from robostiff.analytic.exact.factors import ExactMatrix
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.placement.agreement import (
-    AGREED,
-    check_value,
-    length_of,
-    matrix_distance,
-    random_values,
-)
-from robostiff.errors import DisagreementError, InputError
+from robostiff.analytic.placement.agreement import AGREED, check_value, length_of, random_values
+from robostiff.errors import InputError
 from robostiff.spatial import Space
 
 
@@ -306,13 +300,8 @@ def check_chain(
             if not entry.is_zero():
                 quotient = entry(*rational) / below
                 found[i, j] += int(quotient.p) / int(quotient.q)
-        distance = matrix_distance(found, expected, length_of(K))
-        if distance <= AGREED:
-            return
-        at = ", ".join(f"{symbol} = {value:.6g}" for symbol, value in values.items())
-        raise DisagreementError(
-            "the closed form and the block form of K", distance, f"{where}, at {at}"
-        )
+        check_value(sp.Matrix(found), (), values, expected, AGREED, where, length_of(K))
+        return
 
 
 def _block_form(K: np.ndarray, J: np.ndarray) -> np.ndarray | None:

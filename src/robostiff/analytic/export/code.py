@@ -6,7 +6,8 @@ import keyword
 import re
 import unicodedata
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from itertools import chain, count
 from string import Template
 from typing import Any, ClassVar
 
@@ -64,39 +65,6 @@ JULIA_WORDS: frozenset[str] = frozenset([*_JULIA_KEYWORDS.split(), *FUNCTIONS])
 MATLAB_WORDS: frozenset[str] = frozenset([*_MATLAB_KEYWORDS.split(), *FUNCTIONS])
 
 
-class Identifiers:
-    """Unique identifiers that are not reserved in the language.
-
-    `reserved`: keywords and names that are not to be hidden; `longest`: most letters of an
-    identifier.
-
-    Examples
-    --------
-    >>> names = Identifiers({"lambda"})
-    >>> [names.take(name) for name in ("lambda", "K_C,1", "K_C_1", "φ", "2a", "λ")]
-    ['lambda_', 'K_C_1', 'K_C_1_2', 'phi', 'v2a', 'lambda_2']
-    """
-
-    def __init__(self, reserved: Iterable[str], longest: int | None = None) -> None:
-        self._reserved = frozenset(reserved)
-        self._longest = longest
-        self._taken: set[str] = set()
-
-    def take(self, name: str) -> str:
-        """An identifier like a name."""
-        plain = ascii_identifier(name)
-        if self._longest is not None:
-            plain = plain[: self._longest - _NUMBERS]
-        if plain in self._reserved:
-            plain = f"{plain}_"
-        identifier, number = plain, 2
-        while identifier in self._taken or identifier in self._reserved:
-            identifier = f"{plain.rstrip('_')}_{number}"
-            number += 1
-        self._taken.add(identifier)
-        return identifier
-
-
 def ascii_identifier(name: str) -> str:
     """Letters, digits and underscores, a letter first; Greek letters by their names."""
     each = (c if c.isascii() else spelled(c) for c in unicodedata.normalize("NFKD", name))
@@ -131,7 +99,7 @@ class Code(CodePrinter):
 
     language: ClassVar[str]
     reserved: ClassVar[frozenset[str]]  # identifiers that must not be defined
-    own: ClassVar[tuple[str, ...]] = ()  # further identifiers of the function
+    extra: ClassVar[tuple[str, ...]] = ()  # further identifiers of the function
     longest: ClassVar[int | None] = None  # letters of an identifier
     width: ClassVar[int] = 92  # of lines that may still be indented
     end: ClassVar[str] = ""  # of a statement
@@ -165,15 +133,23 @@ class Code(CodePrinter):
         self.title += f" with its derivative by {by}" * bool(by)
         is_program = isinstance(derivation, FormulaProgram)
         self.compute: FormulaProgram = derivation if is_program else program(derivation)
-        self.identifiers: Identifiers = Identifiers({*self.reserved, name}, self.longest)
-        take, given = self.identifiers.take, self.compute.arguments
+        self._taken, take, given = {name}, self._take, self.compute.arguments
         symbols = (*given, *(a.symbol for a in self.compute.assignments))
         self._names = {symbol: take(symbol.name) for symbol in symbols}
         self.arguments: list[str] = [self._names[symbol] for symbol in given]
         self.results: list[str] = [take(x) for x in ("K", "dK")[: len(self.compute.results)]]
         self.n: int = self.compute.entries.rows
-        self.fields: dict[str, Any] = {x: take(x) for x in ("holds", *self.own)}
+        self.fields: dict[str, Any] = {x: take(x) for x in ("holds", *self.extra)}
         self.template: str = self.text
+
+    def _take(self, name: str) -> str:
+        """An identifier like a name: ``lambda_``, ``K_C_1``, ``phi``, and ``phi_2`` for another."""
+        plain = ascii_identifier(name)[: self.longest and self.longest - _NUMBERS]
+        plain += "_" * (plain in self.reserved or plain == self.name)
+        others = (f"{plain.rstrip('_')}_{number}" for number in count(2))
+        taken = self._taken | self.reserved
+        self._taken.add(identifier := next(x for x in chain([plain], others) if x not in taken))
+        return identifier
 
     def source(self) -> str:
         """All lines of the function as one text."""

@@ -128,7 +128,7 @@ $head
 class _C(Code):
     """All numbers are doubles; small powers of a symbol are products."""
 
-    language, reserved, own, text = "C", C_WORDS, ("p", "K_out", "dK_out", "i"), _C_TEXT
+    language, reserved, extra, text = "C", C_WORDS, ("p", "K_out", "dK_out", "i"), _C_TEXT
     size, zero, pi, e = "fabs", "0.0", "3.14159265358979323846", "2.71828182845904523536"
     entry, steps, end, zeros = "{}[{n}]", "const double {}", ";", "double {}[{nn}] = {{0.0}};"
     fails, subject = "Returns 0; 1, and writes nothing,", "{K_out}, {n} x {n}, row after row,"
@@ -222,7 +222,7 @@ $head
 class _Python(Code):
     """NumPy, imported as np."""
 
-    language, reserved, own = "Python", PYTHON_WORDS, ("shape", "bad")
+    language, reserved, extra = "Python", PYTHON_WORDS, ("shape", "bad")
     size, pi, e, text, in_brackets = "np.abs", "np.pi", "np.e", _PYTHON_TEXT, True
     entry, both = "{}[..., {i}, {j}]", "{} & ({})"
     zeros, shape = "{} = np.zeros((*{shape}, {n}, {n}))", "(..., {n}, {n})"
@@ -288,7 +288,7 @@ end
 class _Julia(Code):
     """Julia's own functions throw where the result is not real."""
 
-    language, reserved, own, width = "Julia", JULIA_WORDS, ("T",), 88
+    language, reserved, extra, width = "Julia", JULIA_WORDS, ("T",), 88
     entry, zeros, text, in_brackets = "{}[{I}, {J}]", "{} = zeros({T}, {n}, {n})", _JULIA_TEXT, True
     fails = "A `DomainError` is thrown"
 
@@ -335,7 +335,7 @@ end
 class _Matlab(Code):
     """Numbers are doubles; what would be complex is not a number, and refused."""
 
-    language, reserved, longest, own = "MATLAB", MATLAB_WORDS, 63, ("real_one",)
+    language, reserved, longest, extra = "MATLAB", MATLAB_WORDS, 63, ("real_one",)
     text = _MATLAB_TEXT
     entry, zeros, end, goes_on = "{}({I}, {J})", "{} = zeros({n}, {n});", ";", " ..."
     fails = "It raises the error robostiff:formula"

@@ -139,13 +139,11 @@ def closed_places(placed: PlacedRobot, sets: int = _SETS, poses: int = _POSES) -
                 if checked:
                     continue
                 break  # the robot does not close at these values: nearer ones are tried
-            answered = [(known, result) for known, result in results if result.answered]
-            for known, result in answered:
-                yield known, result, bool(result.status & Status.ILL_CONDITIONED)
-            for _, result in results:
-                if not result.answered:
-                    complaint = "; ".join(result.complaints) or complaint
-            checked += bool(answered)
+            for known, result in results:
+                complaint = "; ".join(result.complaints) or complaint
+                if result.answered:
+                    yield known, result, bool(result.status & Status.ILL_CONDITIONED)
+            checked += any(result.answered for _, result in results)
             if checked >= sets:
                 return
         if checked:

@@ -114,13 +114,9 @@ def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
     t = space.translations
     equations = []
     for motion in motions:
-        entries: list[Any] = [motion[i, 0] for i in range(space.size)]
-        v, w = entries[:t], entries[t:]
-        if t == 2:
-            equations += [[0, -w[0], v[0]], [w[0], 0, v[1]]]
-        else:
-            cross_w = skew(np.array(w, dtype=object))
-            equations += [[*cross_w[i], v[i]] for i in range(3)]
+        twist = np.zeros(6, dtype=object)
+        twist[list(space.rows)] = list(motion)
+        equations += [[*skew(twist[3:])[i, :t], twist[i]] for i in range(t)]
     field = ExactField(entry for equation in equations for entry in equation)
     rows = [[field.element(entry) for entry in equation] for equation in equations]
     points = null_space(field, rows, t + 1)
