@@ -138,7 +138,7 @@ class Code(CodePrinter):
         self._names = {symbol: take(symbol.name) for symbol in symbols}
         self.arguments: list[str] = [self._names[symbol] for symbol in given]
         self.results: list[str] = [take(x) for x in ("K", "dK")[: len(self.compute.results)]]
-        self.n: int = self.compute.entries.rows
+        self.n: int = self.compute.results[0].rows
         self.fields: dict[str, Any] = {x: take(x) for x in ("holds", *self.extra)}
         self.template: str = self.text
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import count
 from typing import Any
@@ -68,31 +68,6 @@ class Guard:
     part: float
 
 
-def guards_of(expressions: Iterable[Any], assigned: Mapping[Any, Any]) -> tuple[Guard, ...]:
-    """The sums by which expressions divide, and that can cancel.
-
-    Intermediates are `assigned`, in order.
-
-    Examples
-    --------
-    >>> x, t = sp.symbols("x t", positive=True)
-    >>> [g.value for g in guards_of([1 / t + 1 / (x + 1)], {t: x - 1})]
-    [t]
-    """
-    positive: set[Any] = set()
-    for symbol, expression in assigned.items():
-        if _is_nonnegative(expression, positive):
-            positive.add(symbol)
-    found: dict[Any, Guard] = {}
-    for expression in (*assigned.values(), *expressions):
-        part: Any
-        for part in sp.preorder_traversal(expression):
-            if part.is_Pow and part.exp.could_extract_minus_sign():
-                for guard in _sums(part.base, part.base, assigned, positive, SAFE):
-                    found.setdefault(guard.value, guard)
-    return tuple(found.values())
-
-
 def _sums(
     below: Any, value: Any, assigned: Mapping[Any, Any], positive: set[Any], part: float
 ) -> Iterator[Guard]:
@@ -138,11 +113,6 @@ class FormulaProgram:
     meanings: Mapping[str, str] = field(default_factory=dict)  # of arguments, by their names
 
     @property
-    def entries(self) -> sp.ImmutableMatrix:
-        """The stiffness matrix."""
-        return self.results[0]
-
-    @property
     def operations(self) -> int:
         """How many it takes."""
         entries = dict.fromkeys(entry for matrix in self.results for entry in matrix.flat())
@@ -151,8 +121,19 @@ class FormulaProgram:
     @property
     def guards(self) -> tuple[Guard, ...]:
         """The sums by which the program divides, and that can cancel."""
-        found = [entry for matrix in self.results for entry in matrix.flat()]
-        return guards_of(found, {a.symbol: a.expression for a in self.assignments})
+        assigned, positive = {a.symbol: a.expression for a in self.assignments}, set[Any]()
+        for symbol, expression in assigned.items():
+            if _is_nonnegative(expression, positive):
+                positive.add(symbol)
+        found: dict[Any, Guard] = {}
+        entries = (entry for matrix in self.results for entry in matrix.flat())
+        for expression in (*assigned.values(), *entries):
+            part: Any
+            for part in sp.preorder_traversal(expression):
+                if part.is_Pow and part.exp.could_extract_minus_sign():
+                    for guard in _sums(part.base, part.base, assigned, positive, SAFE):
+                        found.setdefault(guard.value, guard)
+        return tuple(found.values())
 
 
 def program(derivation: Formula, *, plain: bool = False) -> FormulaProgram:
@@ -174,7 +155,7 @@ def program(derivation: Formula, *, plain: bool = False) -> FormulaProgram:
     >>> compute = program(Derivation("K_C", K, (), K))
     >>> compute.assignments
     (Definition(symbol=t1, expression=sin(a)),)
-    >>> compute.entries[0, 0]
+    >>> compute.results[0][0, 0]
     t1**2
     """
     matrices, definitions = derivation.as_printed

@@ -91,10 +91,10 @@ class ConjugateWrench:
     def seen_from(self, place: WorkingFrame | np.ndarray, search: WrenchSearch) -> list[Any]:
         """Its six entries in a frame, about its origin, or about a point in world axes."""
         record, length, factors = search.record, search.length, [f for f, _ in self.parts]
-        is_frame = isinstance(place, WorkingFrame)
-        each = [
-            (w.seen_from if is_frame else w.about)(place, record, length) for _, w in self.parts
-        ]
+        if isinstance(place, WorkingFrame):
+            each = [w.seen_from(place, record, length) for _, w in self.parts]
+        else:
+            each = [w.about(place, record, length) for _, w in self.parts]
         columns = zip(*each, search.scale, strict=True)
         return [record.simplified(dot(factors, own), scale) for *own, scale in columns]
 
