@@ -382,7 +382,7 @@ def _derivation(
         remark=remark,
         named=named and replace(named, **about),
         at_vector_level=Unwritten(in_vectors),
-        general_rank=in_numbers.rank,
+        general_rank=max(int(result.rank) for _, result, _ in in_numbers.places),
         steps_asked=steps_asked,
     )
 

@@ -79,11 +79,6 @@ class RobotInNumbers:
         return cls(where, symbols, places, general, placed.length)
 
     @property
-    def rank(self) -> int:
-        """The largest rank: that of a formula for general values."""
-        return max(int(result.rank) for _, result, _ in self.places)
-
-    @property
     def leg_stiffness(self) -> tuple[np.ndarray, ...]:
         """(n, n) of each leg about the reference point, at the first of the values."""
         return self.places[0][1].leg_stiffness

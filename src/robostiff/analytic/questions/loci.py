@@ -212,11 +212,7 @@ def decoupling_in_steps(derivation: Derivation) -> tuple[sp.Expr, ...]:
     FormulaTooLargeError
         When entries are too long to be written out.
     """
-    entries = coupling_of(derivation.K)
-    if not any(entries):
-        return (sp.Integer(0),)
-    full: dict[Any, Any] = {}
-    most = _LONGEST[0]
+    entries, full, most = coupling_of(derivation.K), dict[Any, Any](), _LONGEST[0]
     for d in used_definitions(derivation.definitions, entries):
         full[d.symbol] = d.expression.xreplace(full)
         if bound_of_terms(full[d.symbol], most) > most:

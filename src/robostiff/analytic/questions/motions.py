@@ -64,9 +64,7 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
 def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatrix, ...]:
     """Motions against which no wrench of a leg does work."""
     form = of_legs(derivation)
-    written = (
-        written_steps(derivation) if form is derivation else written_steps(derivation, math.inf)
-    )
+    written = written_steps(derivation, *[math.inf] * (form is not derivation))
     W = sp.Matrix([list(written(w)) for leg in form.legs for w in leg.wrenches])
     try:
         found = within(SHORT, lambda: _null_space(W), "free motions")
