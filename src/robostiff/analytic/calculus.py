@@ -22,7 +22,7 @@ from robostiff.analytic.exact.definition import (
 )
 from robostiff.analytic.exact.factors import echelon
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.questions.rank import closed_matrix, matrix_by_entries
+from robostiff.analytic.questions.rank import closed_matrix
 from robostiff.analytic.substitution import Substitution, at_values
 from robostiff.errors import InputError
 
@@ -339,7 +339,6 @@ def compliance_steps(derivation: Formula) -> ComplianceSteps:
     [   0,    0, 1/2]])
     """
     (K, *_), definitions = derivation.as_printed
-    K, definitions = matrix_by_entries(K, definitions)
     n = K.rows
     rank = derivation.general_rank
     if (rank is not None and rank < n) or any(not any(K.row(i)) for i in range(n)):
@@ -350,7 +349,7 @@ def compliance_steps(derivation: Formula) -> ComplianceSteps:
             hint="free_motion_formulas(...) gives its free motions",
         )
     steps = NamedSteps(map(str, K.free_symbols), definitions)
-    C = steps.inverse(K, "a")
+    C = steps.inverse(steps.entries(K, "K"), "a")
     used = used_definitions(steps.definitions, [C])
     about: Any = {"conditions": derivation.conditions, "meanings": derivation.meanings}
     return ComplianceSteps(C, used, name=f"compliance of {derivation.name}", **about)

@@ -19,13 +19,7 @@ from robostiff.analytic.budget import (
 from robostiff.analytic.calculus import compliance_formula
 from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import (
-    Definition,
-    NamedSteps,
-    Unwritten,
-    count_of,
-    used_definitions,
-)
+from robostiff.analytic.exact.definition import NamedSteps, Unwritten, count_of, used_definitions
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.placement.agreement import (
     AGREED,
@@ -36,7 +30,6 @@ from robostiff.analytic.placement.agreement import (
 from robostiff.analytic.placement.conditions import conditions_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
-from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import StepReading
 from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, summed
@@ -369,13 +362,14 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
     R = sp.Matrix(3, 3, [read(x) for x in geometry.frame.R.flat])
     axes = shortest_trigonometry(R, _LONGEST_AXIS)
     arm = shortest_trigonometry(sp.Matrix([read(x) for x in geometry.arm]))
-    C, before = sp.ImmutableMatrix(found), tuple(read.definitions)
+    C = sp.ImmutableMatrix(found)
+    steps = NamedSteps(map(str, C.free_symbols), read.definitions)
     if any(entry.is_Add for entry in C.flat()):  # a single beam needs no names
-        C, before = matrix_by_entries(C, before, "C_", _SHORT)
-    K0, inverted = _inverse(C)
+        C = steps.entries(C, "C_", _SHORT)
+    K0 = _inverse(C, steps)
     chain = derive_chain(K0, joints, form)
     used = used_definitions(
-        (*before, *inverted),
+        steps.definitions,
         [sp.sympify(x) for part in (C, K0, axes, arm, *joints.values()) for x in part],
     )
     T = transport(axes, arm, placed.entries.space)
@@ -397,15 +391,13 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
     )
 
 
-def _inverse(C: Any) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
+def _inverse(C: Any, steps: NamedSteps) -> sp.ImmutableMatrix:
     """K^0 = C^-1: written out where few directions are coupled, in named steps otherwise."""
     n = C.rows
     pattern = np.array([[int(C[i, j] != 0) for j in range(n)] for i in range(n)])
     coupled = connected_components(pattern, directed=False)[1]
-    if np.max(np.bincount(coupled)) <= _WRITTEN_OUT:
-        return compliance_formula(C), ()
-    steps = NamedSteps()
-    return steps.inverse(C, "S_", "K_0_"), tuple(steps.definitions)
+    is_short = np.max(np.bincount(coupled)) <= _WRITTEN_OUT
+    return compliance_formula(C) if is_short else steps.inverse(C, "S_", "K_0_")
 
 
 _FLOOR = 1e-3  # of K of the robot, added on both sides: rounding of what vanishes is not compared

@@ -127,6 +127,20 @@ class NamedSteps:
             after[i, j] = sp.S.Zero if is_struck else self.named(f"K{index}{i + 1}{j + 1}", entry)
         return u, mu, _symmetric(n, after)
 
+    def entries(self, M: Any, letter: str, short: int = -1) -> sp.ImmutableMatrix:
+        """A symmetric matrix by names for its entries of more than `short` operations.
+
+        Entries that are equal, or differ by a sign, have one name.
+        """
+        known: dict[Any, Any] = {}
+        for i, j in _upper(M):
+            entry = M[i, j]
+            if entry not in known:
+                is_short = count_of(entry) <= short
+                known[entry] = entry if is_short else self.named(f"{letter}{i + 1}{j + 1}", entry)
+                known.setdefault(-entry, -known[entry])
+        return _symmetric(M.rows, {(i, j): known[M[i, j]] for i, j in _upper(M)})
+
     def inverse(self, M: Any, step: str, last: str = "") -> sp.ImmutableMatrix:
         """The inverse of a symmetric matrix by Gauss and Jordan, one diagonal entry after another.
 

@@ -30,37 +30,6 @@ _SHORT = 1  # operations of a stiffness that needs no name, such as E*A
 _LETTERS = ("EA", "EI", "EI_y", "EI_z", "GJ")
 
 
-def named_springs(robot: Robot, taken: Iterable[str]) -> NamedSprings:
-    """Names for the stiffnesses of springs.
-
-    Beams have names for their products, drives for a stiffness that is a number. A modulus that is
-    a number has a name where the section has symbols. Beams in which shear counts, tapered ones
-    and given matrices stay as they are.
-
-    `taken`: names that stand for something else.
-
-    Examples
-    --------
-    >>> from robostiff.robots import load
-    >>> symbols = ("b", "h", "l1", "l2")
-    >>> names = named_springs(load("two-link-arm", symbols=symbols), symbols).definitions
-    >>> [str(d.symbol) for d in names]
-    ['E', 'G', 'EA_1', 'EI_y_1', 'EI_z_1', 'GJ_1', 'EA_2', 'EI_2', 'GJ_2', 'k_1', 'k_2']
-    >>> names[0].expression, names[3].expression, names[-1].expression
-    (210000000000, E*b*h**3/12, 100000)
-    """
-    parts = [*_parts_of(robot)]
-    beams = [pair for part in parts for pair in part.beams]
-    table = NamedSprings({*taken})
-    table.name_moduli([beam for _, beam in beams])
-    for name, beam in beams:
-        table.name_products(name, beam)
-    for part in parts:
-        if part.drive is not None:
-            table.name_stiffness(part.leg + part.name, *part.drive)
-    return table
-
-
 def with_samples(
     springs: Sequence[Definition], samples: Mapping[str, Any], symbols: dict[str, sp.Symbol]
 ) -> dict[str, Any]:
@@ -79,21 +48,48 @@ _Material = tuple[Any, Any, str]  # E, G and its name
 
 
 class NamedSprings:
-    """Names for stiffnesses of springs; those that are alike have one."""
+    """Names for the stiffnesses of springs; those that are alike have one.
 
-    def __init__(self, taken: set[str]) -> None:
-        self._taken = taken
+    Beams have names for their products, drives for a stiffness that is a number. A modulus that is
+    a number has a name where the section has symbols. Beams in which shear counts, tapered ones
+    and given matrices stay as they are.
+
+    `taken`: names that stand for something else.
+
+    Examples
+    --------
+    >>> from robostiff.robots import load
+    >>> symbols = ("b", "h", "l1", "l2")
+    >>> names = NamedSprings(load("two-link-arm", symbols=symbols), symbols).definitions
+    >>> [str(d.symbol) for d in names]
+    ['E', 'G', 'EA_1', 'EI_y_1', 'EI_z_1', 'GJ_1', 'EA_2', 'EI_2', 'GJ_2', 'k_1', 'k_2']
+    >>> names[0].expression, names[3].expression, names[-1].expression
+    (210000000000, E*b*h**3/12, 100000)
+    """
+
+    def __init__(self, robot: Robot, taken: Iterable[str]) -> None:
+        self._robot, self._taken, self._parts = robot, {*taken}, [*_parts_of(robot)]
         self._beams: dict[SlenderBeam, _Stiffnesses] = {}
         self._drives: dict[tuple[Any, str], Any] = {}
         self._moduli: dict[tuple[str, _Material], Any] = {}
         self._products: dict[tuple[str, Any], Any] = {}
         self._sets: dict[tuple[Any, ...], _Stiffnesses] = {}
         self._definitions: dict[Any, Definition] = {}
+        beams = [pair for part in self._parts for pair in part.beams]
+        self._name_moduli([beam for _, beam in beams])
+        for name, beam in beams:
+            self._name_products(name, beam)
+        for part, drive in ((x, x.drive) for x in self._parts):
+            if drive is not None:
+                if drive not in self._drives:
+                    k, (stiffness, unit) = f"k_{self._number(('k',))}", drive
+                    self._drives[drive] = self._define(k, exact_number(stiffness), unit)
+                self._of_part(self._drives[drive], part.leg + part.name)
 
-    def put_into(self, robot: Robot, read: Callable[[Any], Any]) -> Robot:
+    def put_into(self, read: Callable[[Any], Any]) -> Robot:
         """The robot with names in place of its springs; compliances are those of what is read."""
         changed: dict[int, Any] = {}
-        for part in _parts_of(robot) if self._definitions else ():
+        for part in self._parts if self._definitions else ():
             new: dict[str, Any] = {}
             elasticity, of_telescope = part.elasticity, getattr(part.own, "beams", ())
             if elasticity is not None and elasticity.beam is not None:
@@ -115,21 +111,14 @@ class NamedSprings:
             if part.drive is not None:
                 new["role"] = replace(part.own.role, stiffness=self._drives[part.drive])
             changed[id(part.own)] = replace(part.own, **new) if new else part.own
-        return _replaced(robot, changed) if changed else robot
+        return _replaced(self._robot, changed) if changed else self._robot
 
     @property
     def definitions(self) -> tuple[Definition, ...]:
         """What the names stand for, in the order in which it can be computed."""
         return tuple(self._definitions.values())
 
-    def name_stiffness(self, name: str, stiffness: Any, unit: str) -> None:
-        """A name for the stiffness of a drive."""
-        if (stiffness, unit) not in self._drives:
-            k = f"k_{self._number(('k',))}"
-            self._drives[stiffness, unit] = self._define(k, exact_number(stiffness), unit)
-        self._of_part(self._drives[stiffness, unit], name)
-
-    def name_moduli(self, beams: Iterable[SlenderBeam]) -> None:
+    def _name_moduli(self, beams: Iterable[SlenderBeam]) -> None:
         """Names for the moduli of materials that are numbers beside symbols."""
         needed: dict[_Material, dict[str, Any]] = {}
         for beam in beams:
@@ -146,7 +135,7 @@ class NamedSprings:
             for letter, value in sorted(moduli.items()):
                 self._moduli[letter, material] = self._define(letter + number, value)
 
-    def name_products(self, name: str, beam: SlenderBeam) -> None:
+    def _name_products(self, name: str, beam: SlenderBeam) -> None:
         """Names for the products of a beam that are no short formulas."""
         E, G, A, Iy, Iz, J = map(exact_number, (beam.E, beam.G, beam.A, beam.Iy, beam.Iz, beam.J))
         is_named = not beam.material.startswith("material")

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from robostiff.analytic.exact.definition import Definition, in_given_symbols
 from robostiff.analytic.placement.closed_posture import AROUND, Following, Sample, leg_coordinates
-from robostiff.analytic.placement.named_springs import named_springs, with_samples
+from robostiff.analytic.placement.named_springs import NamedSprings, with_samples
 from robostiff.analytic.placement.robot_pose import (
     ABOUT_WORLD_AXES,
     AtHome,
@@ -142,13 +142,13 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
     if given is not None and not robot.is_posed_by_joints and not follows.pose:
         _check_reach(robot, finder, given, rotation)
-    names = named_springs(robot, symbols) if symbols else None
+    names = NamedSprings(robot, symbols) if symbols else None
     springs = () if names is None else names.definitions
     samples = _samples(symbols, given, robot, finder, follows, rotation)
     record = Record(with_samples(springs, samples, symbols))
     read = entry_reader(record, exact=True)
     exact = cache(exact_number)  # most numbers are 0 or 1
-    named = robot if names is None else names.put_into(robot, read)
+    named = robot if names is None else names.put_into(read)
     entries = with_entries(named, lambda x: x if isinstance(x, Entry) else read(exact(x)))
     coordinates = None
     if given is not None:

@@ -14,7 +14,7 @@ import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, FormulaTooLargeError, OutOfTimeError, within
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Condition, Definition, NamedSteps, count_of
+from robostiff.analytic.exact.definition import Condition, count_of
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.factors import determinant, echelon, shared_factors
 from robostiff.analytic.exact.field import ExactField
@@ -122,29 +122,6 @@ def needs_closed_form(derivation: Derivation, question: str) -> InputError:
         + "; compliance_steps(...) has it in steps"
         * (question == "compliance"),
     )
-
-
-def matrix_by_entries(
-    K: sp.ImmutableMatrix,
-    definitions: Sequence[Definition] = (),
-    letter: str = "K",
-    short: int = -1,
-) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
-    """K with a name for each different entry that is no symbol or number, and what these stand for.
-
-    Zeros, equal entries and those that differ by a sign are what questions about it can use. Those
-    of at most `short` operations have no name either.
-    """
-    steps, known = NamedSteps(map(str, K.free_symbols), definitions), dict[Any, Any]()
-    for i in range(K.rows):
-        for j in range(i, K.cols):
-            entry: Any = K[i, j]
-            if entry not in known:
-                is_short = count_of(entry) <= short
-                known[entry] = entry if is_short else steps.named(f"{letter}{i + 1}{j + 1}", entry)
-                known.setdefault(-entry, -known[entry])
-    M = sp.ImmutableMatrix(K.rows, K.cols, lambda i, j: known[K[min(i, j), max(i, j)]])
-    return M, tuple(steps.definitions)
 
 
 def rank_by_legs(K: Any) -> int | None:

@@ -83,13 +83,6 @@ class Components(NamedSteps):
         """A new name for a scalar with symbols."""
         return super().named(name, value) if value.free_symbols else value
 
-    def inverse_of(self, name: str, M: Any, step: str = "a") -> sp.ImmutableMatrix:
-        """The inverse of a symmetric matrix, whose entries have a name first."""
-        upper = [(i, j) for i in range(M.rows) for j in range(i, M.rows)]
-        entries = {(i, j): self.named(f"{name}_{i + 1}{j + 1}", M[i, j]) for i, j in upper}
-        whole = sp.Matrix(M.rows, M.rows, lambda i, j: entries[min(i, j), max(i, j)])
-        return self.inverse(whole, step)
-
 
 def transport(R: Any, v: Any, space: Space) -> sp.Matrix:
     """Wrenches in axes R (3, 3) with an arm v (3, 1) from a point, seen from there (n, n)."""
@@ -281,7 +274,7 @@ class VectorForm(FormulaInVectors):
                 continue
             W = np.stack([w for w, _ in pairs], axis=1)
             C = sp.Matrix([[steps.known[c] if c else 0 for c in row] for row in self.coupled])
-            V = W @ np.array(steps.inverse_of(f"c{number}", C, f"a{number}_"))
+            V = W @ np.array(steps.inverse(steps.entries(C, f"c{number}_"), f"a{number}_"))
             yield [(w, C[k, k], v) for k, (w, v) in enumerate(zip(W.T, V.T, strict=True))]
 
     def _of_springs(self, steps: Components, number: str) -> list[tuple[Any, Any, Any]]:
@@ -302,7 +295,7 @@ class VectorForm(FormulaInVectors):
             T = sp.Matrix([[Q, lever], [sp.zeros(3), Q]])
             C += T * D * T.T
         step = f"a{number}_" if number else "a"
-        K: Any = steps.inverse_of(f"C{number}", C.extract(rows, rows), step)
+        K: Any = steps.inverse(steps.entries(C.extract(rows, rows), f"C{number}_"), step)
         for k, twist in enumerate(self.passive, start=1):
             J = sp.Matrix(steps.known[twist]).extract(rows, [0])
             *_, K = steps.eliminated(K, J, f"{number}_{k}")
@@ -338,4 +331,5 @@ class InSeries(FormulaInVectors):
     def _written(self) -> tuple[Any, list[Definition]]:
         steps = self.components()
         T = transport(self.axes.applyfunc(steps.value), self.arm.applyfunc(steps.value), self.space)
-        return T * steps.inverse_of("C", self.C.applyfunc(steps.value)) * T.T, steps.definitions
+        C = steps.entries(self.C.applyfunc(steps.value), "C_")
+        return T * steps.inverse(C, "a") * T.T, steps.definitions
