@@ -199,8 +199,7 @@ class Formula(WrittenWhole):
         given = {str(key): value for key, value in values.items() if str(key) in known}
         where = f"formula {self.name!r}"
         put_in = Substitution(values_of_symbols(symbols, given, where))
-        for definition in self.definitions:
-            put_in.value_of(definition.symbol, definition.expression)
+        put_in.definitions(self.definitions, are_put_in=True)
         refuse_failing(self.conditions, put_in, where)
         found = [put_in.matrix(M) for M in self.matrices]
         refuse_undefined((x for M in found for x in M), where)
