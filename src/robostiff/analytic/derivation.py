@@ -195,7 +195,6 @@ class Formula(WrittenWhole):
                 got=", ".join(sorted(names - known)),
                 expected=", ".join(sorted(known)),
             )
-        symbols = [s for s in symbols if s.name in names]
         given = {str(key): value for key, value in values.items() if str(key) in known}
         where = f"formula {self.name!r}"
         put_in = Substitution(values_of_symbols(symbols, given, where))

@@ -226,10 +226,10 @@ def meanings_of_legs(
 def _meanings_of_form(found: VectorForm, given: EntryNames) -> list[Meaning]:
     """Of the names of one leg, of the pose, of rods, and of springs."""
     of, index = ("arm", "") if found.is_arm else ("leg", "_i")
-    forms, is_sum = (found, *found.others), not found.wrenches
+    forms, by_springs = (found, *found.others), not found.wrenches
     columns = {name: isinstance(c[0], Coordinates) for x in forms for name, c in x.columns.items()}
     legs = [e for form in forms for e in form.leg]
-    names = {f"C{index}": True} if is_sum or found.coupled else {}
+    names = {f"C{index}": True} if by_springs or found.coupled else {}
     names |= {e.name: e.is_vector for e in (*found.pose, *legs, *found.of_rod)} | columns
     names |= {"r_ij": True} if found.rods else {}
     names |= dict.fromkeys(("K_i", "W_i", "J_i"), True) if found.passive or found.coupled else {}
@@ -237,7 +237,7 @@ def _meanings_of_form(found: VectorForm, given: EntryNames) -> list[Meaning]:
     if found.beams:
         names |= {"D": True, "T": True} | dict.fromkeys(letters_of_beam(given.given), False)
     listed = _OF_WALK
-    if not is_sum:
+    if not by_springs:
         of_slides = _OF_SLIDES if "q_i" in names else {}
         of_carrier = (_OF_LINKS if of_slides else _OF_CRANKS) if "v_i" in names else of_slides
         listed, along = {**_MEANINGS, **of_carrier}, "rod" if of_carrier else "leg"

@@ -135,9 +135,10 @@ def closed_places(placed: PlacedRobot, sets: int = _SETS, poses: int = _POSES) -
                     continue
                 break  # the robot does not close at these values: nearer ones are tried
             for known, result in results:
-                complaint = "; ".join(result.complaints) or complaint
                 if result.answered:
                     yield known, result, bool(result.status & Status.ILL_CONDITIONED)
+                else:
+                    complaint = "; ".join(result.complaints) or complaint
             checked += any(result.answered for _, result in results)
             if checked >= sets:
                 return

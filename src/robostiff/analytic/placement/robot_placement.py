@@ -90,8 +90,9 @@ class PlacedRobot:
 
     def knowing(self, definitions: Sequence[Definition]) -> PlacedRobot:
         """The same with names that formulas have, so that each formula gets one."""
-        others = (d for d in self.springs if d not in definitions)
-        return replace(self, springs=(*others, *definitions))
+        own = {d.symbol for d in self.springs}
+        others = (d for d in definitions if d.symbol not in own)
+        return replace(self, springs=(*self.springs, *others))
 
     @cached_property
     def written_out(self) -> dict[str, Any]:
