@@ -301,7 +301,7 @@ def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
     equations = []
     for motion in motions:
         twist = np.zeros(6, dtype=object)
-        twist[list(space.rows)] = list(motion)
+        twist[list(space.rows)] = motion.flat()
         equations += [[*skew(twist[3:])[i, :t], twist[i]] for i in range(t)]
     field = ExactField(entry for equation in equations for entry in equation)
     rows = [[field.element(entry) for entry in equation] for equation in equations]
