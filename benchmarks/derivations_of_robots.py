@@ -129,7 +129,9 @@ def row_of_robot(name: str, pose: str, sets: int) -> tuple[Row, RobotDerivation 
     printed = derivation.vectors if alone else series
     if printed is not None:  # not K entry by entry
         each = [{name: float(x[i]) for name, x in values.items()} for i in range(len(K))]
-        error = max(error, largest_error(np.array([printed.stiffness(at) for at in each]), K))
+        error = max(
+            error, largest_error(np.array([printed.substituted(at) for at in each], dtype=float), K)
+        )
     defects = [f"differs from rs.stiffness by {error:.1e}"] if error > _DIFFERENT else []
     defects += wasted(named.definitions, values)
     defects += hidden_zeros(named.K, K)

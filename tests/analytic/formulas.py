@@ -34,6 +34,11 @@ def _derived(name, pose):
     return rs.derive(file if file.exists() else name, pose=pose)
 
 
+def in_numbers(formula: Any, values: Any) -> np.ndarray:
+    """The matrix of a formula, at any of its levels, at values of its symbols."""
+    return np.array(formula.substituted(values), dtype=float)
+
+
 def stewart(phi, psi, length):
     """Eq. (22)-(25) from (26): each leg turned to global axes, moved, and summed."""
     local = np.array(sp.diag(K11, 0, 0, 0, 0, 0))

@@ -26,7 +26,7 @@ from robostiff.analytic.placement.agreement import RobotInNumbers
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.errors import DisagreementError, InputError
 from tests.analytic.export.test_programs_of_robots import POSED
-from tests.analytic.formulas import DATA, cubic_platform, derived
+from tests.analytic.formulas import DATA, cubic_platform, derived, in_numbers
 
 BENT_RAM = """
 robostiff: 1
@@ -232,7 +232,7 @@ def test_numbers_of_hundreds_of_digits_are_a_sum_of_springs():
     robot = rs.load(DATA / "arm-of-long-decimals.yaml")
     series = rs.derive(robot).in_series
     assert series is not None
-    np.testing.assert_allclose(series.stiffness({}), rs.stiffness(robot).K, rtol=1e-9)
+    np.testing.assert_allclose(in_numbers(series, {}), rs.stiffness(robot).K, rtol=1e-9)
 
 
 OVERDETERMINED = """

@@ -40,12 +40,13 @@ from robostiff.analytic.placement.robot_pose import (
     UnitQuaternion,
     roll_pitch_yaw,
 )
-from robostiff.analytic.questions.motions import (
+from robostiff.analytic.questions.rank import (
+    RankFormula,
     decoupling_conditions,
     fixed_point_formula,
     free_motion_formulas,
+    rank_formula,
 )
-from robostiff.analytic.questions.rank import RankFormula, rank_formula
 from robostiff.analytic.reading.combinations import NamedCombinations, name_combinations
 from robostiff.analytic.robot_formula import derive_robot, snapshot_formula
 

@@ -56,11 +56,11 @@ _OPEN: ContextVar[_Budget | None] = ContextVar("budget of a formula", default=No
 
 def spend() -> None:
     """A round of a loop that may be long: `within` ends where its budget is spent."""
-    own = _OPEN.get()
-    if own is not None:
-        own.rounds += 1
-        if own.rounds % _ROUNDS == 0 and time.thread_time() > own.until:
-            raise _Stop(own)
+    budget = _OPEN.get()
+    if budget is not None:
+        budget.rounds += 1
+        if budget.rounds % _ROUNDS == 0 and time.thread_time() > budget.until:
+            raise _Stop(budget)
 
 
 def within(budget: float | None, work: Callable[[], Found], subject: str = "closed form") -> Found:
@@ -90,12 +90,12 @@ def within(budget: float | None, work: Callable[[], Found], subject: str = "clos
     if budget is None:
         return work()
     limit, around = checked_budget(budget), _OPEN.get()
-    own = _Budget(time.thread_time() + limit)
-    token = _OPEN.set(around if around is not None and around.until < own.until else own)
+    budgeted = _Budget(time.thread_time() + limit)
+    token = _OPEN.set(around if around is not None and around.until < budgeted.until else budgeted)
     try:
         return work()
     except _Stop as stop:
-        if stop.args[0] is not own:
+        if stop.args[0] is not budgeted:
             raise
         raise OutOfTimeError(
             subject,

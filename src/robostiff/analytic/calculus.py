@@ -14,6 +14,7 @@ from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.closed import canonical
 from robostiff.analytic.exact.definition import (
     Definition,
+    NamedSteps,
     Unwritten,
     WrittenField,
     in_given_symbols,
@@ -21,9 +22,8 @@ from robostiff.analytic.exact.definition import (
 )
 from robostiff.analytic.exact.factors import echelon
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.questions.rank import closed_matrix, matrix_by_entries
+from robostiff.analytic.questions.rank import closed_matrix
 from robostiff.analytic.substitution import Substitution, at_values
-from robostiff.analytic.vectors.forms import inverse_in_steps
 from robostiff.errors import InputError
 
 
@@ -168,30 +168,20 @@ def derivative_name(name: str, symbol: sp.Symbol) -> str:
 
 def _by_steps(derivation: Formula, symbol: sp.Symbol) -> FormulaDerivative:
     """Forward mode: the chain rule, one step after the other."""
-    taken = {s.name for s in derivation.symbols} | {d.symbol.name for d in derivation.definitions}
-    rates: dict[Any, Any] = {symbol: sp.Integer(1)}
-    definitions: list[Definition] = []
-
+    names = (*derivation.symbols, *(d.symbol for d in derivation.definitions))
+    steps, rates = NamedSteps(map(str, names)), {symbol: sp.Integer(1)}
     for definition in derivation.definitions:
-        definitions.append(definition)
+        steps.definitions.append(definition)
         expression: Any = definition.expression
         if expression.is_Pow and expression.exp == sp.S.Half:
             change = _rate(expression.base, rates) / (2 * definition.symbol)
         else:
             change = _rate(expression, rates)
-        if change == 0:
-            continue
-        if change.is_Atom or (-change).is_Atom:
-            rates[definition.symbol] = change
-            continue
-        name = derivative_name(definition.symbol.name, symbol)
-        while name in taken:
-            name = f"{name}'"
-        taken.add(name)
-        rates[definition.symbol] = sp.Symbol(name)
-        definitions.append(Definition(rates[definition.symbol], change))
+        if change != 0:
+            name = derivative_name(definition.symbol.name, symbol)
+            rates[definition.symbol] = steps.named(name, change)
     dK = _rates(derivation.matrices[0], rates)
-    return FormulaDerivative.of(derivation, symbol, dK, tuple(definitions))
+    return FormulaDerivative.of(derivation, symbol, dK, tuple(steps.definitions))
 
 
 def _rates(K: Any, rates: dict[Any, Any]) -> sp.ImmutableMatrix:
@@ -349,7 +339,6 @@ def compliance_steps(derivation: Formula) -> ComplianceSteps:
     [   0,    0, 1/2]])
     """
     (K, *_), definitions = derivation.as_printed
-    K, definitions = matrix_by_entries(K, definitions)
     n = K.rows
     rank = derivation.general_rank
     if (rank is not None and rank < n) or any(not any(K.row(i)) for i in range(n)):
@@ -359,21 +348,8 @@ def compliance_steps(derivation: Formula) -> ComplianceSteps:
             expected="full rank",
             hint="free_motion_formulas(...) gives its free motions",
         )
-    steps = list(definitions)
-    taken = {str(s) for d in steps for s in (d.symbol, *d.expression.free_symbols)}
-    taken |= {str(s) for s in K.free_symbols}
-
-    def named(released: int, i: int, j: int, value: Any) -> Any:
-        if i == j == released or value.is_Atom or (-value).is_Atom:
-            return value
-        name = f"a{released + 1}_{i + 1}{j + 1}"
-        while name in taken:
-            name += "'"
-        symbol = sp.Symbol(name, real=True)
-        steps.append(Definition(symbol, value))
-        return symbol
-
-    C = inverse_in_steps(K, named)
-    used = used_definitions(steps, [C])
+    steps = NamedSteps(map(str, K.free_symbols), definitions)
+    C = steps.inverse(steps.entries(K, "K"), "a")
+    used = used_definitions(steps.definitions, [C])
     about: Any = {"conditions": derivation.conditions, "meanings": derivation.meanings}
     return ComplianceSteps(C, used, name=f"compliance of {derivation.name}", **about)

@@ -15,18 +15,12 @@ import sympy as sp
 from robostiff.analytic.calculus import compliance_formula
 from robostiff.analytic.derivation import Derivation, Stage
 from robostiff.analytic.exact.closed import eliminate_exactly
-from robostiff.analytic.exact.definition import Definition, Unwritten
+from robostiff.analytic.exact.definition import NamedSteps, Unwritten
 from robostiff.analytic.exact.exact_points import BITS, balls_of
 from robostiff.analytic.exact.factors import ExactMatrix
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.placement.agreement import (
-    AGREED,
-    check_value,
-    length_of,
-    matrix_distance,
-    random_values,
-)
-from robostiff.errors import DisagreementError, InputError
+from robostiff.analytic.placement.agreement import AGREED, check_value, length_of, random_values
+from robostiff.errors import InputError
 from robostiff.spatial import Space
 
 
@@ -54,48 +48,6 @@ def rule_in_words(J: Any, *, redundant: bool) -> str:
             motion += f" about {axes[turns[0]]} {where} the reference point"
             rule = "quasi-trivial joint (18)"
     return f"{motion}: {'redundant, mu = 0, nothing changes' if redundant else rule}"
-
-
-def eliminate_by_name(K: Any, J: Any, stage: int) -> tuple[Any, Any, Any, tuple[Definition, ...]]:
-    """u, mu and K after one more passive joint, with names u_i_j, mu_i and K_i_jk, eq. (15).
-
-    A joint along one coordinate takes the index rule (19), (20): its row and column vanish.
-
-    `K`: (n, n) SymPy matrix: before, in given symbols and names defined before; `J`: (n, 1)
-    SymPy matrix: twist of the joint; `stage`: number i of the joint, from 1.
-
-    Examples
-    --------
-    >>> K = sp.Matrix(sp.MatrixSymbol("K", 2, 2))
-    >>> [str(d.symbol) for d in eliminate_by_name(K, sp.Matrix([0, 1]), 1)[3]]
-    ['K_1_11']
-    """
-    n = K.rows
-    definitions: list[Definition] = []
-
-    def give(name: str, expression: Any) -> Any:
-        if expression.is_Atom or (-expression).is_Atom:
-            return expression  # symbols and numbers need no name
-        definitions.append(Definition(sp.Symbol(name), expression))
-        return definitions[-1].symbol
-
-    used = [k for k in range(n) if J[k] != 0]
-    alone = used[0] if len(used) == 1 else None
-    u = [sp.Add(*(K[j, k] * J[k] for k in used)) for j in range(n)]
-    if alone is None:
-        u = [give(f"u_{stage}_{j + 1}", entry) for j, entry in enumerate(u)]
-    mu = sp.Add(*(J[k] * u[k] for k in used))
-    if alone is None:
-        mu = give(f"mu_{stage}", mu)
-    after = sp.zeros(n, n)
-    for i in range(n):
-        for j in range(i, n):
-            if alone in {i, j}:
-                continue
-            entry = K[i, j] - u[i] * u[j] / mu if u[i] != 0 and u[j] != 0 else K[i, j]
-            after[i, j] = give(f"K_{stage}_{i + 1}{j + 1}", entry)
-            after[j, i] = after[i, j]
-    return sp.ImmutableMatrix(u), mu, sp.ImmutableMatrix(after), tuple(definitions)
 
 
 @dataclass(frozen=True)
@@ -198,16 +150,17 @@ def derive_chain(
         columns[joint] = column
     exact = None
     if isinstance(form, Steps):
-        K, stages = start, list[Stage]()
+        K, stages, steps = start, list[Stage](), NamedSteps()
         redundant = redundant_joints(start, tuple(columns.values()))
         for number, (joint, J) in enumerate(columns.items(), start=1):
-            rule, named = rule_in_words(J, redundant=redundant[number - 1]), ()
-            u, mu = sp.ImmutableMatrix(sp.zeros(start.rows, 1)), sp.S.Zero
+            rule, before = rule_in_words(J, redundant=redundant[number - 1]), len(steps.definitions)
+            u, mu = [sp.S.Zero] * start.rows, sp.S.Zero
             if not redundant[number - 1]:
-                u, mu, K, named = eliminate_by_name(K, J, number)
-            stages.append(Stage(joint, sp.ImmutableMatrix(J), rule, u, mu, K, named))
-        definitions = tuple(d for stage in stages for d in stage.definitions)
-        derivation = Derivation(name, start, tuple(stages), K, definitions)
+                u, mu, K = steps.eliminated(K, J, f"_{number}_")
+            named = tuple(steps.definitions[before:])
+            column, u = sp.ImmutableMatrix(J), sp.ImmutableMatrix(u)
+            stages.append(Stage(joint, column, rule, u, mu, K, named))
+        derivation = Derivation(name, start, tuple(stages), K, tuple(steps.definitions))
     else:
         derivation, exact = _in_closed_form(start, entries, columns, name, form.limit)
     check_chain(derivation, entries, columns, exact)
@@ -347,13 +300,8 @@ def check_chain(
             if not entry.is_zero():
                 quotient = entry(*rational) / below
                 found[i, j] += int(quotient.p) / int(quotient.q)
-        distance = matrix_distance(found, expected, length_of(K))
-        if distance <= AGREED:
-            return
-        at = ", ".join(f"{symbol} = {value:.6g}" for symbol, value in values.items())
-        raise DisagreementError(
-            "the closed form and the block form of K", distance, f"{where}, at {at}"
-        )
+        check_value(sp.Matrix(found), (), values, expected, AGREED, where, length_of(K))
+        return
 
 
 def _block_form(K: np.ndarray, J: np.ndarray) -> np.ndarray | None:

@@ -195,12 +195,10 @@ class Formula(WrittenWhole):
                 got=", ".join(sorted(names - known)),
                 expected=", ".join(sorted(known)),
             )
-        symbols = [s for s in symbols if s.name in names]
         given = {str(key): value for key, value in values.items() if str(key) in known}
         where = f"formula {self.name!r}"
         put_in = Substitution(values_of_symbols(symbols, given, where))
-        for definition in self.definitions:
-            put_in.value_of(definition.symbol, definition.expression)
+        put_in.definitions(self.definitions, are_put_in=True)
         refuse_failing(self.conditions, put_in, where)
         found = [put_in.matrix(M) for M in self.matrices]
         refuse_undefined((x for M in found for x in M), where)

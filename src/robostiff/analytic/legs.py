@@ -19,7 +19,7 @@ from robostiff.analytic.budget import (
 from robostiff.analytic.calculus import compliance_formula
 from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Definition, Unwritten, count_of, used_definitions
+from robostiff.analytic.exact.definition import NamedSteps, Unwritten, count_of, used_definitions
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.placement.agreement import (
     AGREED,
@@ -30,12 +30,11 @@ from robostiff.analytic.placement.agreement import (
 from robostiff.analytic.placement.conditions import conditions_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
-from robostiff.analytic.questions.rank import matrix_by_entries
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import StepReading
 from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, summed
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
-from robostiff.analytic.vectors.forms import VectorForm, inverse_in_steps, transport
+from robostiff.analytic.vectors.forms import VectorForm, transport
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
@@ -334,7 +333,7 @@ def derive_leg(
     check_leg(found, placed)
 
     def in_vectors() -> VectorForm | None:
-        again = place_robot(robot, pose or AtHome())
+        again = place_robot(robot, pose or AtHome()).knowing(found.definitions)
         whole = None if robot.platform else vector_form(again)
         if whole is not None:
             RobotInNumbers.of(again).check(whole.K, whole.definitions)
@@ -357,13 +356,14 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
     R = sp.Matrix(3, 3, [read(x) for x in geometry.frame.R.flat])
     axes = shortest_trigonometry(R, _LONGEST_AXIS)
     arm = shortest_trigonometry(sp.Matrix([read(x) for x in geometry.arm]))
-    C, before = sp.ImmutableMatrix(found), tuple(read.definitions)
+    C = sp.ImmutableMatrix(found)
+    steps = NamedSteps(map(str, C.free_symbols), read.definitions)
     if any(entry.is_Add for entry in C.flat()):  # a single beam needs no names
-        C, before = matrix_by_entries(C, before, "C_", _SHORT)
-    K0, inverted = _inverse(C)
+        C = steps.entries(C, "C_", _SHORT)
+    K0 = _inverse(C, steps)
     chain = derive_chain(K0, joints, form)
     used = used_definitions(
-        (*before, *inverted),
+        steps.definitions,
         [sp.sympify(x) for part in (C, K0, axes, arm, *joints.values()) for x in part],
     )
     T = transport(axes, arm, placed.entries.space)
@@ -385,25 +385,13 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
     )
 
 
-def _inverse(C: Any) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
+def _inverse(C: Any, steps: NamedSteps) -> sp.ImmutableMatrix:
     """K^0 = C^-1: written out where few directions are coupled, in named steps otherwise."""
     n = C.rows
     pattern = np.array([[int(C[i, j] != 0) for j in range(n)] for i in range(n)])
     coupled = connected_components(pattern, directed=False)[1]
-    if np.max(np.bincount(coupled)) <= _WRITTEN_OUT:
-        return compliance_formula(C), ()
-    definitions: list[Definition] = []
-
-    def given(k: int, i: int, j: int, entry: Any) -> Any:
-        # After the last step the inverse is the negative.
-        sign = -1 if k == n - 1 else 1
-        if entry.is_Atom or (-entry).is_Atom:
-            return entry
-        name = f"{'K_0' if k == n - 1 else f'S_{k + 1}'}_{i + 1}{j + 1}"
-        definitions.append(Definition(sp.Symbol(name, real=True), sign * entry))
-        return sign * definitions[-1].symbol
-
-    return inverse_in_steps(C, given), tuple(definitions)
+    is_short = np.max(np.bincount(coupled)) <= _WRITTEN_OUT
+    return compliance_formula(C) if is_short else steps.inverse(C, "S_", "K_0_")
 
 
 _FLOOR = 1e-3  # of K of the robot, added on both sides: rounding of what vanishes is not compared
@@ -421,5 +409,5 @@ def check_leg(found: LegElimination, placed: PlacedRobot) -> None:
         expected = result.leg_stiffness[names.index(found.leg)]
         whole = found.K + sp.Matrix(_FLOOR * result.K)
         given = {s: values[s.name] for s in found.given_symbols}
-        own = whole, found.definitions, given, expected + _FLOOR * result.K
-        check_value(*own, AGREED, found.leg, placed.length)
+        compared = whole, found.definitions, given, expected + _FLOOR * result.K
+        check_value(*compared, AGREED, found.leg, placed.length)

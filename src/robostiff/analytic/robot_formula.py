@@ -137,7 +137,7 @@ def derive_robot(
     enough = None if budget is None else max(budget, BUDGET)
     at_joints = isinstance(pose, AtJoints) and not robot.is_posed_by_joints
     is_home = isinstance(pose, AtHome) or at_joints or is_short_in_angles(robot)
-    asked = isinstance(form, Steps)
+    steps_asked = isinstance(form, Steps)
 
     def in_series(placed: PlacedRobot) -> bool:
         # K of several links is the inverse of a sum, which no one writes out.
@@ -165,7 +165,7 @@ def derive_robot(
         except (FormulaTooLargeError, OutsideFieldError):
             pass  # too long, or with the size of a length of either sign
     # On a record of its own: this one has steps of the elimination, longer for the same values.
-    return _in_steps(placed, lambda: place_robot(robot, pose), remark, asked=asked)
+    return _in_steps(placed, lambda: place_robot(robot, pose), remark, steps_asked=steps_asked)
 
 
 def _readable(placed: PlacedRobot, limit: int, *, is_home: bool, closed: bool) -> RobotDerivation:
@@ -200,7 +200,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     # Neither sees steps of the other, of the same values, only longer.
     with placed.record.tentative():
         search = WrenchSearch.of(placed)
-        each = ((i, SampledLeg.of(own, search)) for i, own in legs.items() if in_series)
+        each = ((i, SampledLeg.of(leg, search)) for i, leg in legs.items() if in_series)
         sampled = {i: x for i, x in each if x is not None}
         found = sum_of_springs(placed, turned)
     if found is None:
@@ -243,7 +243,7 @@ def _in_given_symbols(leg: LegDerivation, write: Callable[[Any], Any], n: int) -
 
 
 def _in_steps(
-    placed: PlacedRobot, again: Callable[[], PlacedRobot], remark: str, *, asked: bool
+    placed: PlacedRobot, again: Callable[[], PlacedRobot], remark: str, *, steps_asked: bool
 ) -> RobotDerivation:
     """The record itself, its steps named."""
     recorded = placed.recorded
@@ -291,7 +291,7 @@ def _in_steps(
         c = tuple(reading(mu) for mu in recorded.legs[i].mu)
         legs.append(replace(each[i], wrenches=w, compliances=c, definitions=new))
     return _derivation(
-        placed, K, legs, reading.definitions, remark=remark, again=again, steps_asked=asked
+        placed, K, legs, reading.definitions, remark=remark, again=again, steps_asked=steps_asked
     )
 
 
@@ -364,7 +364,7 @@ def _derivation(
     def in_vectors() -> VectorForm | InSeries | None:
         if placed.robot.platform is not None:
             return None
-        at = again() if again else placed
+        at = (again() if again else placed).knowing(named.definitions if named else ())
         form = vector_form(at) or series_form(at)
         if form is not None:
             in_numbers.check(form.K, form.definitions)
@@ -382,7 +382,7 @@ def _derivation(
         remark=remark,
         named=named and replace(named, **about),
         at_vector_level=Unwritten(in_vectors),
-        general_rank=in_numbers.rank,
+        general_rank=max(int(result.rank) for _, result, _ in in_numbers.places),
         steps_asked=steps_asked,
     )
 
@@ -396,11 +396,12 @@ def _bare_leg(placed: PlacedLeg, redundant: Sequence[bool]) -> LegDerivation:
 
 def _bare_legs(placed: PlacedRobot, recorded: RecordedRobot) -> list[LegDerivation]:
     """Each leg; of legs on a flexible platform one, together with its parts."""
-    legs = [own.leg for own in placed.legs]
+    legs = [placed_leg.leg for placed_leg in placed.legs]
     if placed.robot.platform is None:
-        return [_bare_leg(leg, own.redundant) for leg, own in zip(legs, recorded.legs, strict=True)]
+        return [_bare_leg(leg, x.redundant) for leg, x in zip(legs, recorded.legs, strict=True)]
     joints = tuple(f"{leg.name}/{joint}" for leg in legs for joint in passive_freedoms(leg))
-    lost = tuple(x for x, own in zip(joints, recorded.legs[0].redundant, strict=True) if own)
+    redundant = recorded.legs[0].redundant
+    lost = tuple(joint for joint, is_lost in zip(joints, redundant, strict=True) if is_lost)
     elastic = [f"{leg.name}/{part}" for leg in legs for part in elastic_parts(leg)]
     elastic += [f"platform/{part.name}" for part in placed.robot.platform.parts]
     return [LegDerivation("all legs, on the flexible platform", joints, lost, tuple(elastic))]

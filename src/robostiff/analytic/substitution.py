@@ -118,47 +118,39 @@ class Substitution:
         self._known: dict[Any, Any] = {s: self._longer(sp.sympify(v)) for s, v in values.items()}
 
     def definitions(
-        self, definitions: Iterable[Any], *, with_numbers: bool = False
+        self, definitions: Iterable[Any], *, with_numbers: bool = False, are_put_in: bool = False
     ) -> dict[sp.Symbol, Any]:
         """Named steps with the values in them, by symbol; those that become numbers are put in.
 
-        `with_numbers`: whether those stay that were numbers before, such as E I of a beam.
-        """
-        kept = {}
-        for definition in definitions:
-            value = self._step(definition.expression)
-            stays = with_numbers and not definition.expression.free_symbols
-            if (value.is_Atom or value.is_Rational) and not stays:
-                self._known[definition.symbol] = value
-            else:
-                kept[definition.symbol] = replace(definition, expression=self._shorter(value))
-        return kept
-
-    def value_of(self, symbol: sp.Symbol, expression: Any) -> None:
-        """A named step, whatever it becomes, for the expressions after it.
+        `with_numbers`: whether those stay that were numbers before, such as E I of a beam;
+        `are_put_in`: whether all of them are put in.
 
         Raises
         ------
         InputError
-            When its exact value grows too long.
+            When the exact value of one that is put in grows too long.
         """
-        value = self._step(expression)
-        self._sizes[symbol] = self._size(expression)
-        if self._sizes[symbol] > _LONGEST and not value.is_Atom:
-            raise InputError(
-                "exact values of named steps",
-                got=f"{self._sizes[symbol]} terms for {symbol}",
-                expected="values of all symbols, as floats or numbers without nested roots",
-                hint="write floats, or Float('0.75', 50) for more digits; subs(...) keeps steps",
-            )
-        self._known[symbol] = value
-
-    def _step(self, expression: Any) -> Any:
-        """Constants become floats beside floats: written out they would grow from step to step."""
-        value = self._put_in(expression)
-        if self._digits and not (value.is_Atom or value.free_symbols):
-            value = value.evalf(self._working)
-        return value
+        kept = {}
+        for definition in definitions:
+            value = self._put_in(definition.expression)
+            if self._digits and not (value.is_Atom or value.free_symbols):
+                value = value.evalf(self._working)  # beside floats: it would grow from step to step
+            size = self._size(definition.expression) if are_put_in else 0
+            self._sizes[definition.symbol] = size
+            if size > _LONGEST and not value.is_Atom:
+                raise InputError(
+                    "exact values of named steps",
+                    got=f"{size} terms for {definition.symbol}",
+                    expected="values of all symbols, as floats or numbers without nested roots",
+                    hint="write floats, or Float('0.75', 50) for more digits; subs(...) keeps "
+                    "steps",
+                )
+            stays = with_numbers and not definition.expression.free_symbols
+            if are_put_in or ((value.is_Atom or value.is_Rational) and not stays):
+                self._known[definition.symbol] = value
+            else:
+                kept[definition.symbol] = replace(definition, expression=self._shorter(value))
+        return kept
 
     def _size(self, expression: Any) -> int:
         """Terms of a step with the steps before it written out."""

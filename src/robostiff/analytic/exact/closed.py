@@ -199,14 +199,14 @@ def exact_leg(
     upper = {(i, j): over(A[i][j], D) for i in range(m) for j in range(i, m)}
     upper |= {(i, m + j): plain[i][0][j].num for i in range(m) for j in range(n)}
     M = ExactMatrix.of_upper(field, m + n, upper, field.ring.constant(1))
-    wrenches, met = [], []
-    left = list(range(m))
+    wrenches, compliances = [], []
+    rest = list(range(m))
     # The remaining wrenches without energy are internal stresses between rigid branches.
-    while left := [i for i in left if not M.entries[i][i].is_zero()]:
+    while rest := [i for i in rest if not M.entries[i][i].is_zero()]:
         # Coupled to few others first, then short ones.
-        among = {i: sum(not M.entries[i][j].is_zero() for j in left if j != i) for i in left}
-        pivot = min(left, key=lambda i: (among[i], len(M.entries[i][i]) if among[i] else 0))
-        left.remove(pivot)
+        among = {i: sum(not M.entries[i][j].is_zero() for j in rest if j != i) for i in rest}
+        pivot = min(rest, key=lambda i: (among[i], len(M.entries[i][i]) if among[i] else 0))
+        rest.remove(pivot)
         before = M.denominator
         unit = [int(i == pivot) for i in range(m + n)]
         stage = eliminate_exactly(M, unit, limit)
@@ -219,7 +219,7 @@ def exact_leg(
             w, factor = _without_roots(field, w)
             factors = [factors[0] * factors[1] * factor * factor]
         wrenches.append(w)
-        met.append(factors)
+        compliances.append(factors)
     K = {}
     for i in range(n):
         for j in range(i, n):
@@ -229,7 +229,7 @@ def exact_leg(
             if entry.terms > limit or bits > _BITS_A_TERM * limit:
                 raise FormulaTooLargeError.beyond(limit)
             K[i, j] = entry
-    return K, wrenches, met
+    return K, wrenches, compliances
 
 
 def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], Element]:
@@ -298,7 +298,7 @@ def closed_sum(
     written, wrenches, compliances, terms = [], [], [], 0
     for leg in legs:
         W, A = ([[*map(field.element, row)] for row in rows] for rows in leg)
-        K, of_leg, met = exact_leg(field, W, A, n, limit)
+        K, of_leg, c_leg = exact_leg(field, W, A, n, limit)
         terms += sum(entry.terms for entry in K.values())
         if terms > of_all:
             raise FormulaTooLargeError.beyond(limit)
@@ -310,7 +310,9 @@ def closed_sum(
                 others = (f for f in fractions if f.den != entry.den)
                 total[place] = [*others, *[summed] * (not summed.is_zero)]
         written.append(_matrix(field, {place: [entry] for place, entry in K.items()}, n))
-        w, c = ([[fraction_in_factors(field, x) for x in own] for own in x] for x in (of_leg, met))
+        w, c = (
+            [[fraction_in_factors(field, x) for x in row] for row in x] for x in (of_leg, c_leg)
+        )
         wrenches.append(tuple(map(sp.ImmutableMatrix, w)))
         compliances.append(tuple(sp.Mul(*factors) for factors in c))
     return ClosedSum(_matrix(field, total, n), tuple(written), tuple(wrenches), tuple(compliances))

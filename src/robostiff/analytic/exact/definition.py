@@ -1,4 +1,4 @@
-"""Names for intermediates, conditions of a formula, and how long it is."""
+"""Names for intermediates, elimination by them, conditions of a formula, and how long it is."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Any
 
 import sympy as sp
 from sympy.core.cache import cacheit
+
+from robostiff.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,128 @@ def in_given_symbols(definitions: Iterable[Definition]) -> dict[Any, Any]:
     for d in definitions:
         found[d.symbol] = d.expression.xreplace(found)
     return found
+
+
+class NamedSteps:
+    """Gives names to scalars that are more than a symbol or a number.
+
+    `taken`: names that stand for something else; `definitions`: of the names, in order, given ones
+    first.
+
+    Examples
+    --------
+    >>> x = sp.Symbol("x")
+    >>> steps = NamedSteps({"a"})
+    >>> steps.named("b", -x), steps.named("a", x + 1), steps.definitions
+    (-x, a', [Definition(symbol=a', expression=x + 1)])
+    """
+
+    def __init__(self, taken: Iterable[str] = (), definitions: Sequence[Definition] = ()) -> None:
+        self.definitions: list[Definition] = list(definitions)
+        symbols = (s for d in definitions for s in (d.symbol, *d.expression.free_symbols))
+        self.taken: set[str] = {*taken, *map(str, symbols)}
+
+    def named(self, name: str, value: Any) -> Any:
+        """A new name for a scalar; symbols and numbers need none."""
+        if value.is_Atom or (-value).is_Atom:
+            return value
+        while name in self.taken:
+            name += "'"
+        self.taken.add(name)
+        self.definitions.append(Definition(sp.Symbol(name, real=True), value))
+        return self.definitions[-1].symbol
+
+    def eliminated(self, K: Any, J: Any, index: str) -> tuple[Any, Any, sp.ImmutableMatrix]:
+        """K J = u, J^T u = mu and K - u u^T / mu, by names u_i_j, mu_i and K_i_jk, eq. (15).
+
+        A joint along one coordinate takes the index rule (19), (20): its row and column vanish.
+
+        `K`: (n, n) SymPy matrix: before; `J`: (n, 1) SymPy matrix: twist of the joint; `index`:
+        what stands behind the letters of names, such as ``_1_``.
+
+        Examples
+        --------
+        >>> steps = NamedSteps()
+        >>> _ = steps.eliminated(sp.Matrix(sp.MatrixSymbol("K", 2, 2)), sp.Matrix([0, 1]), "_1_")
+        >>> [str(d.symbol) for d in steps.definitions]
+        ['K_1_11']
+        """
+        n, joint = K.rows, index.rstrip("_")
+        used = [k for k in range(n) if J[k] != 0]
+        alone = used[0] if len(used) == 1 else None
+        u = [sp.Add(*(K[j, k] * J[k] for k in used)) for j in range(n)]
+        if alone is None:
+            u = [self.named(f"u{index}{j + 1}", entry) for j, entry in enumerate(u)]
+        mu = sp.Add(*(J[k] * u[k] for k in used))
+        if alone is None:
+            mu = self.named(f"mu{joint}", mu)
+        after = {}
+        for i, j in _upper(K):
+            entry = K[i, j] - u[i] * u[j] / mu if u[i] != 0 and u[j] != 0 else K[i, j]
+            is_struck = alone in {i, j}
+            after[i, j] = sp.S.Zero if is_struck else self.named(f"K{index}{i + 1}{j + 1}", entry)
+        return u, mu, _symmetric(n, after)
+
+    def entries(self, M: Any, letter: str, short: int = -1) -> sp.ImmutableMatrix:
+        """A symmetric matrix by names for its entries of more than `short` operations.
+
+        Entries that are equal, or differ by a sign, have one name.
+        """
+        known: dict[Any, Any] = {}
+        for i, j in _upper(M):
+            entry = M[i, j]
+            if entry not in known:
+                is_short = count_of(entry) <= short
+                known[entry] = entry if is_short else self.named(f"{letter}{i + 1}{j + 1}", entry)
+                known.setdefault(-entry, -known[entry])
+        return _symmetric(M.rows, {(i, j): known[M[i, j]] for i, j in _upper(M)})
+
+    def inverse(self, M: Any, step: str, last: str = "") -> sp.ImmutableMatrix:
+        """The inverse of a symmetric matrix by Gauss and Jordan, one diagonal entry after another.
+
+        `step`: letter of names, before the number of the diagonal entry; `last`: letter of the
+        entries of the inverse, of which the last steps are the negatives where it is left out.
+
+        Raises
+        ------
+        InputError
+            When a pivot is zero.
+        """
+        n = M.rows
+        A: dict[tuple[int, int], Any] = {(i, j): M[i, j] for i, j in _upper(M)}
+
+        def named(k: int, i: int, j: int, entry: Any) -> Any:
+            if last and k == n - 1:
+                return -self.named(f"{last}{i + 1}{j + 1}", -entry)
+            return self.named(f"{step}{k + 1}_{i + 1}{j + 1}", entry)
+
+        for k in range(n):
+            column = [A[min(i, k), max(i, k)] for i in range(n)]
+            pivot = column[k]
+            if pivot == 0:
+                raise InputError(
+                    "compliance in steps",
+                    got=f"no stiffness against coordinate {k + 1} where those before it are free",
+                    expected="a positive definite stiffness",
+                )
+            both = [(min(i, k), max(i, k)) for i in range(n)]
+            ratio = [
+                sp.S.Zero if i == k else named(k, *both[i], column[i] / pivot) for i in range(n)
+            ]
+            for i, j in _upper(M):
+                if k not in (i, j) and ratio[i] != 0 and column[j] != 0:
+                    A[i, j] = named(k, i, j, A[i, j] - ratio[i] * column[j])
+            A |= {both[i]: ratio[i] for i in range(n)}
+            A[k, k] = named(k, k, k, -1 / pivot) if last and k == n - 1 else -1 / pivot
+        return _symmetric(n, {place: -x for place, x in A.items()})
+
+
+def _upper(M: Any) -> list[tuple[int, int]]:
+    return [(i, j) for i in range(M.rows) for j in range(i, M.rows)]
+
+
+def _symmetric(n: int, upper: dict[tuple[int, int], Any]) -> sp.ImmutableMatrix:
+    return sp.ImmutableMatrix(n, n, lambda i, j: upper[min(i, j), max(i, j)])
 
 
 @dataclass(frozen=True)
@@ -135,8 +259,8 @@ class WrittenWhole:
     """A frozen dataclass that is pickled with all of its fields written."""
 
     def __getstate__(self) -> dict[str, Any]:
-        own: Any = self
-        return {x.name: getattr(own, x.name) for x in fields(own)}
+        whole: Any = self
+        return {x.name: getattr(whole, x.name) for x in fields(whole)}
 
 
 @cacheit
@@ -150,8 +274,8 @@ def count_of(expression: Any) -> int:
     if expression.is_Add:
         minus = [x for x in parts if _has_minus(x)]
         subtracted = sum(x.is_Mul or x.is_Rational for x in minus)
-        own = sum(map(count_of, parts)) - subtracted
-        return own + len(parts) - 1 + (len(minus) == len(parts))
+        operations = sum(map(count_of, parts)) - subtracted
+        return operations + len(parts) - 1 + (len(minus) == len(parts))
     is_counted = bool(parts) and (expression.is_Pow or expression.is_Function)
     if expression.is_Pow and expression.exp is sp.S.NegativeOne:
         parts = (expression.base,)

@@ -136,10 +136,10 @@ class PolynomialWriter:
             for factor in missing:
                 name, _, power = factor.partition("^")
                 if name.startswith("g"):
-                    own = self._generators[int(name[1:])]
-                    is_plain = own.is_Symbol
+                    generator = self._generators[int(name[1:])]
+                    is_plain = generator.is_Symbol
                     written[factor] = (
-                        sp.Pow(own, int(power), evaluate=not is_plain) if power else own
+                        sp.Pow(generator, int(power), evaluate=not is_plain) if power else generator
                     )
                 else:
                     written[factor] = sp.Rational(*map(int, name.split("/")))
@@ -183,7 +183,7 @@ class PolynomialWriter:
         if any(type(g) is not sp.Symbol for g in self._generators):
             return None
         contents = [g._hashable_content() for g in self._generators]
-        return [(len(own), own) for own in contents]
+        return [(len(content), content) for content in contents]
 
 
 def quotient_of(above: Any, below: Any) -> Any:
@@ -210,11 +210,11 @@ def product_of(*parts: Any) -> Any:
     """A product as SymPy would write it, at once where nothing merges."""
     number, factors = sp.S.One, []
     for part in parts:
-        own = _plain_factors(part)
-        if own is None:
+        plain = _plain_factors(part)
+        if plain is None:
             return sp.Mul(*parts)
-        number *= own[0]
-        factors += own[1]
+        number *= plain[0]
+        factors += plain[1]
     bases = [x.base if x.is_Pow else x for x in factors]
     # Of a few, comparing is quicker than hashing all their parts.
     if len(bases) > _FEW:

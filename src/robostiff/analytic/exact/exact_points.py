@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import reduce
+from operator import add, mul
 from typing import Any, cast
 
 import flint
@@ -109,8 +111,8 @@ class ExactPoints:
         """Whether a step is a product of two others, or its negative."""
         with flint.ctx.workprec(BITS):
             return all(
-                bool(abs(own - sign * a * b) < _NOTHING * (1 + abs(own)))
-                for own, a, b in zip(*map(self.values, (step, *factors)), strict=True)
+                bool(abs(ball - sign * a * b) < _NOTHING * (1 + abs(ball)))
+                for ball, a, b in zip(*map(self.values, (step, *factors)), strict=True)
             )
 
     def number(self, value: Any) -> Any:
@@ -136,7 +138,7 @@ class ExactPoints:
                 return (flint.arb(int(is_greater)),) * self.count
             return self._known[arguments[1] if is_greater else arguments[0]]
         balls = zip(*(self._known[argument] for argument in arguments), strict=True)
-        return tuple(_FUNCTIONS[operation](*own) for own in balls)
+        return tuple(_FUNCTIONS[operation](*known) for known in balls)
 
 
 def chooses_greater(record: Record, step: int) -> bool:
@@ -231,19 +233,15 @@ def _value(
         value = number(expression)
     else:
         arguments = [_value(part, known, number, compute) for part in expression.args]
-        value = compute(expression, arguments)
+        if expression.is_Add or expression.is_Mul:
+            value = reduce(add if expression.is_Add else mul, arguments)
+        else:
+            value = compute(expression, arguments)
     known[expression] = value
     return value
 
 
 def _in_floats(expression: Any, arguments: list[Any]) -> Any:
-    if expression.is_Add:
-        return sum(arguments[1:], arguments[0])
-    if expression.is_Mul:
-        product = arguments[0]
-        for factor in arguments[1:]:
-            product = product * factor
-        return product
     if expression.is_Pow:
         base, exponent = np.asarray(arguments[0], dtype=float), expression.exp
         if exponent == sp.Rational(1, 2):
@@ -268,11 +266,6 @@ def _ball(number: Any) -> Any:
 
 
 def _in_balls(expression: Any, arguments: list[Any]) -> Any:
-    if expression.is_Add or expression.is_Mul:
-        total = arguments[0]
-        for other in arguments[1:]:
-            total = total + other if expression.is_Add else total * other
-        return total
     if expression.is_Pow:
         base, exponent = arguments[0], expression.exp
         if exponent.is_Rational and exponent.q == 2:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from itertools import combinations_with_replacement
 from typing import Any
 
 import sympy as sp
@@ -67,12 +67,12 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
         is_plain = all(x.is_Symbol for x in used) and (len(base) != 2 or any(base.monomial(1)))
         is_minus = len(base) > 1 and bool(base.leading_coefficient() < 0)
         minus.append(is_minus if is_plain else None)
-    bases = [-base if own else base for (base, _), own in zip(powers, minus, strict=True)]
+    bases = [-base if negated else base for (base, _), negated in zip(powers, minus, strict=True)]
     written = field.polynomial_expressions(bases)
     factors = []
     for i, (base, exponent) in enumerate(powers):
-        if minus[i] is None and (own := starts_with_minus(written[i])):
-            minus[i], written[i] = own, field.polynomial_expression(-base)
+        if minus[i] is None and (is_negative := starts_with_minus(written[i])):
+            minus[i], written[i] = is_negative, field.polynomial_expression(-base)
         constant *= -1 if minus[i] and exponent % 2 else 1
         factors.append((written[i], exponent))
     number = rational(constant)
@@ -141,18 +141,18 @@ def completed_squares(field: ExactField, polynomial: Any) -> tuple[list[tuple[An
                 counts[place] = products
         if not counts:
             break
-        place = min(counts, key=lambda own: counts[own])
+        place = min(counts, key=lambda symbol: counts[symbol])
         slope = rest.derivative(place)
         (twice,) = (c for powers, c in slope.terms() if powers[place])
         constant, ((base, _),) = slope.factor()
         number = constant**2 / (2 * twice)
-        left = rest - base**2 * number
+        remainder = rest - base**2 * number
         square = rational(number) * written(base) ** 2
-        if count_of(square + written(left)) > count_of(written(rest)):
+        if count_of(square + written(remainder)) > count_of(written(rest)):
             longer.add(place)
             continue
         squares.append((base, rational(number)))
-        rest = left
+        rest = remainder
     return squares, rest
 
 
@@ -191,9 +191,9 @@ def by_powers(polynomial: Any, places: Sequence[int]) -> dict[tuple[int, ...], A
     """What stands before each product of powers of some generators."""
     parts: dict[tuple[int, ...], dict[Any, Any]] = {}
     for powers, number in polynomial.terms():
-        left = tuple(0 if i in places else power for i, power in enumerate(powers))
-        parts.setdefault(tuple(powers[i] for i in places), {})[left] = number
-    return {own: polynomial.context().from_dict(terms) for own, terms in parts.items()}
+        others = tuple(0 if i in places else power for i, power in enumerate(powers))
+        parts.setdefault(tuple(powers[i] for i in places), {})[others] = number
+    return {exponents: polynomial.context().from_dict(terms) for exponents, terms in parts.items()}
 
 
 @dataclass(frozen=True)
@@ -223,20 +223,12 @@ class ExactMatrix:
         zero = field.ring.constant(0)
         return cls(field, _symmetric(n, upper, zero), denominator)
 
-    @cached_property
-    def fractions(self) -> dict[tuple[int, int], Element]:
-        """The canonical fractions of the upper part, by row and column."""
-        n = len(self.entries)
-        return {
-            (i, j): self.field.fraction(self.entries[i][j], self.denominator)
-            for i in range(n)
-            for j in range(i, n)
-        }
-
     def expressions(self) -> sp.ImmutableMatrix:
         """The matrix in SymPy, every entry a canonical fraction."""
-        n = len(self.entries)
-        given = {place: f for place, f in self.fractions.items() if not f.is_zero}
+        n, given = len(self.entries), dict[tuple[int, int], Element]()
+        for i, j in combinations_with_replacement(range(n), 2):
+            if not self.entries[i][j].is_zero():
+                given[i, j] = self.field.fraction(self.entries[i][j], self.denominator)
         # Most entries have the same denominator: it is written once.
         dens: list[Any] = []
         places = []

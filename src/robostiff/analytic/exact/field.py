@@ -189,10 +189,10 @@ class ExactField:
                 continue
             norm = self._norm(factor)[1]
             for _ in range(int(power)):
-                left = quotient(below, norm)
-                if left is None:
+                rest = quotient(below, norm)
+                if rest is None:
                     break
-                above, below = above / factor, left
+                above, below = above / factor, rest
         return above
 
     def _norm(self, polynomial: Any) -> tuple[Any, Any]:

@@ -102,10 +102,10 @@ def _in_harmonics(expression: Any, x: sp.Symbol) -> Iterator[Any]:
     # For each power of sine and cosine the numbers before the products of symbols.
     terms: dict[tuple[int, int], _Numbers] = {}
     for powers, before in sp.Poly(plain, _SINE, _COSINE).terms():
-        own = terms.setdefault((powers[0], powers[1]), {})
+        numbers_of = terms.setdefault((powers[0], powers[1]), {})
         for term in sp.Add.make_args(sp.expand(before)):
             numbers, symbols = term.as_independent(*term.free_symbols, as_Add=False)
-            own[symbols] = own.get(symbols, 0) + numbers
+            numbers_of[symbols] = numbers_of.get(symbols, 0) + numbers
     turning = {powers for powers in terms if any(powers)}
     if max(map(sum, terms), default=0) > _DEGREE:
         return
@@ -119,7 +119,7 @@ def _in_harmonics(expression: Any, x: sp.Symbol) -> Iterator[Any]:
                 for symbols, number in numbers.items() if amplitude else ():
                     wave[symbols] = wave.get(symbols, 0) + amplitude * number
     constant = waves.pop(0, ({}, {}))[0]
-    total: Any = sp.factor_terms(sp.Add(*(number * own for own, number in constant.items())))
+    total: Any = sp.factor_terms(sp.Add(*(number * x for x, number in constant.items())))
     functions: dict[Any, Any] = {}
     for k in sorted(waves):
         for function, amplitude in _with_phases(*waves[k], k * x):
@@ -166,5 +166,5 @@ def _with_phases(cosines: _Numbers, sines: _Numbers, angle: Any) -> Iterator[tup
         size = sp.sqrtdenest(sp.sqrt(sp.expand(a * a + b * b)))
         forms = [(sp.sin, 1, parts), (sp.sin, -1, parts - _PARTS), (sp.sin, -1, parts + _PARTS)]
         forms += [(sp.cos, 1, parts - _PARTS // 2), (sp.cos, -1, parts + _PARTS // 2)]
-        function, sign, own = min(forms, key=lambda form: abs(form[2]))
-        yield function(angle + sp.Rational(own, _PARTS) * sp.pi), sign * size * term
+        function, sign, parts_of_phase = min(forms, key=lambda form: abs(form[2]))
+        yield function(angle + sp.Rational(parts_of_phase, _PARTS) * sp.pi), sign * size * term

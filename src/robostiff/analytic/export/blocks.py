@@ -93,7 +93,7 @@ def equations(definitions: Sequence[Definition]) -> EquationRows:
     springs = tuple(d for d in definitions if d.parts)
     shown = [d for d in definitions if not is_value(d)]
     return EquationRows(
-        tuple(scalar(d.symbol.name, in_decimals(d.expression)) for d in shown), springs
+        tuple(Equation(d.symbol.name, in_decimals(d.expression)) for d in shown), springs
     )
 
 
@@ -102,19 +102,14 @@ def is_value(definition: Definition) -> bool:
     return bool(definition.parts) and definition.expression.is_number
 
 
-def scalar(name: str, expression: Any) -> Equation:
-    """``name = expression`` of a scalar."""
-    return Equation(name, expression, is_vector=False)
-
-
 def scalar_unless_name(name: str, expression: Any) -> list[Block]:
     """The same where the expression is more than the name itself."""
     is_name = expression.is_Symbol and expression.name == name
-    return [] if is_name else [EquationRows((scalar(name, readable(expression)),))]
+    return [] if is_name else [equation(name, readable(expression))]
 
 
 def equation(name: str, expression: Any) -> EquationRows:
-    """``name = expression`` of a vector or a matrix, alone; see `Notation.fixed`."""
+    """``name = expression`` alone; of matrices see `Notation.fixed`."""
     return EquationRows((Equation(name, expression),))
 
 

@@ -6,7 +6,8 @@ import keyword
 import re
 import unicodedata
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from itertools import chain, count
 from string import Template
 from typing import Any, ClassVar
 
@@ -64,39 +65,6 @@ JULIA_WORDS: frozenset[str] = frozenset([*_JULIA_KEYWORDS.split(), *FUNCTIONS])
 MATLAB_WORDS: frozenset[str] = frozenset([*_MATLAB_KEYWORDS.split(), *FUNCTIONS])
 
 
-class Identifiers:
-    """Unique identifiers that are not reserved in the language.
-
-    `reserved`: keywords and names that are not to be hidden; `longest`: most letters of an
-    identifier.
-
-    Examples
-    --------
-    >>> names = Identifiers({"lambda"})
-    >>> [names.take(name) for name in ("lambda", "K_C,1", "K_C_1", "φ", "2a", "λ")]
-    ['lambda_', 'K_C_1', 'K_C_1_2', 'phi', 'v2a', 'lambda_2']
-    """
-
-    def __init__(self, reserved: Iterable[str], longest: int | None = None) -> None:
-        self._reserved = frozenset(reserved)
-        self._longest = longest
-        self._taken: set[str] = set()
-
-    def take(self, name: str) -> str:
-        """An identifier like a name."""
-        plain = ascii_identifier(name)
-        if self._longest is not None:
-            plain = plain[: self._longest - _NUMBERS]
-        if plain in self._reserved:
-            plain = f"{plain}_"
-        identifier, number = plain, 2
-        while identifier in self._taken or identifier in self._reserved:
-            identifier = f"{plain.rstrip('_')}_{number}"
-            number += 1
-        self._taken.add(identifier)
-        return identifier
-
-
 def ascii_identifier(name: str) -> str:
     """Letters, digits and underscores, a letter first; Greek letters by their names."""
     each = (c if c.isascii() else spelled(c) for c in unicodedata.normalize("NFKD", name))
@@ -131,7 +99,7 @@ class Code(CodePrinter):
 
     language: ClassVar[str]
     reserved: ClassVar[frozenset[str]]  # identifiers that must not be defined
-    own: ClassVar[tuple[str, ...]] = ()  # further identifiers of the function
+    extra: ClassVar[tuple[str, ...]] = ()  # further identifiers of the function
     longest: ClassVar[int | None] = None  # letters of an identifier
     width: ClassVar[int] = 92  # of lines that may still be indented
     end: ClassVar[str] = ""  # of a statement
@@ -165,15 +133,23 @@ class Code(CodePrinter):
         self.title += f" with its derivative by {by}" * bool(by)
         is_program = isinstance(derivation, FormulaProgram)
         self.compute: FormulaProgram = derivation if is_program else program(derivation)
-        self.identifiers: Identifiers = Identifiers({*self.reserved, name}, self.longest)
-        take, given = self.identifiers.take, self.compute.arguments
+        self._taken, take, given = {name}, self._take, self.compute.arguments
         symbols = (*given, *(a.symbol for a in self.compute.assignments))
         self._names = {symbol: take(symbol.name) for symbol in symbols}
         self.arguments: list[str] = [self._names[symbol] for symbol in given]
         self.results: list[str] = [take(x) for x in ("K", "dK")[: len(self.compute.results)]]
-        self.n: int = self.compute.entries.rows
-        self.fields: dict[str, Any] = {x: take(x) for x in ("holds", *self.own)}
+        self.n: int = self.compute.results[0].rows
+        self.fields: dict[str, Any] = {x: take(x) for x in ("holds", *self.extra)}
         self.template: str = self.text
+
+    def _take(self, name: str) -> str:
+        """An identifier like a name: ``lambda_``, ``K_C_1``, ``phi``, and ``phi_2`` for another."""
+        plain = ascii_identifier(name)[: self.longest and self.longest - _NUMBERS]
+        plain += "_" * (plain in self.reserved or plain == self.name)
+        others = (f"{plain.rstrip('_')}_{number}" for number in count(2))
+        taken = self._taken | self.reserved
+        self._taken.add(identifier := next(x for x in chain([plain], others) if x not in taken))
+        return identifier
 
     def source(self) -> str:
         """All lines of the function as one text."""
@@ -195,18 +171,18 @@ class Code(CodePrinter):
             for i, j in np.ndindex(n, n):
                 if matrix[i, j] != 0:
                     is_copy = j < i and matrix[i, j] == matrix[j, i]
-                    own = self._entry(K, j, i) if is_copy else matrix[i, j]
-                    matrices += self.assigned(self._entry(K, i, j), own)
+                    entry = self._entry(K, j, i) if is_copy else matrix[i, j]
+                    matrices += self.assigned(self._entry(K, i, j), entry)
         tests = [f"{size} > {least}" for size, least in self.guarded()]
         tests += [f"{self._print(x)} {sign} {self.zero}" for _, x, sign in self.compute.conditions]
         each = (self.assigned(holds, self.both.format(holds, test)) for test in tests)
-        fields |= {"matrices": matrices, "tests": [line for own in each for line in own]}
+        fields |= {"matrices": matrices, "tests": [line for rows in each for line in rows]}
         lines: list[str] = []
         for line in self.template.splitlines():
             before, _, name = line.rpartition("$")
-            own = fields.get(name)
-            own = [before + x for x in own] if isinstance(own, list) else None
-            lines += [Template(line).substitute(fields)] if own is None else own
+            rows = fields.get(name)
+            rows = [before + x for x in rows] if isinstance(rows, list) else None
+            lines += [Template(line).substitute(fields)] if rows is None else rows
         return "\n".join([*(line.rstrip() for line in lines), ""])
 
     @abstractmethod
@@ -330,6 +306,6 @@ class Code(CodePrinter):
     def described(self) -> Iterator[tuple[str, str]]:
         """The arguments, and what they are in the formula, with their units."""
         for written, symbol in zip(self.arguments, self.compute.arguments, strict=True):
-            own = [] if written == symbol.name else [f"{plain_text(symbol.name)} of the formula"]
+            words = [] if written == symbol.name else [f"{plain_text(symbol.name)} of the formula"]
             meaning = self.compute.meanings.get(symbol.name)
-            yield written, ", ".join([*own, *([plain_text(meaning)] if meaning else [])])
+            yield written, ", ".join([*words, *([plain_text(meaning)] if meaning else [])])

@@ -128,10 +128,12 @@ def latex_snippet(derivation: Any) -> str:
         elif not isinstance(block, Sentences):
             sections[-1].append(block)
 
+    def rows_of(*blocks: Any) -> list[Any]:
+        return [row for b in blocks if isinstance(b, EquationRows) for row in b.rows]
+
     def totals(block: Any) -> list[str]:
         """Indices of the sums that equations have: empty for sums over all of a kind."""
-        each = [row.expression for row in block.rows] if isinstance(block, EquationRows) else []
-        texts = " ".join(x for x in each if isinstance(x, str))
+        texts = " ".join(x.expression for x in rows_of(block) if isinstance(x.expression, str))
         return re.findall(r"sum (?:over (\w+) )?of", texts)
 
     is_leg = isinstance(derivation, LegElimination)
@@ -139,33 +141,30 @@ def latex_snippet(derivation: Any) -> str:
 
     def is_result(block: Any) -> bool:
         if is_leg:
-            return isinstance(block, EquationRows) and any(x.name == name for x in block.rows)
+            return any(x.name == name for x in rows_of(block))
         return isinstance(block, MatrixEquation) or bool(totals(block))
 
-    last = max(i for i, own in enumerate(sections) if any(map(is_result, own)))
+    last = max(i for i, section in enumerate(sections) if any(map(is_result, section)))
     blocks = sections[last]
     comments: list[str] = []
     if is_leg and derivation.at_vector_level is None:
         blocks, comments = _in_own_axes(derivation, name), [_OF_W] * bool(derivation.stages)
     if any(isinstance(b, MatrixEquation) for b in blocks):  # without its beginning w w^T / c
         blocks = [b for b in blocks if totals(b) != [""] and not isinstance(b, FormulaTable)]
-    before = [
-        row for own in sections[:last] for b in own if isinstance(b, EquationRows) for row in b.rows
-    ]
     wanted = symbols_of(x for b in blocks if isinstance(b, MatrixEquation) for x in b.whole)
-    rows = [row.expression for b in blocks if isinstance(b, EquationRows) for row in b.rows]
-    wanted |= symbols_of(x for x in rows if isinstance(x, sp.Expr))
+    each = [row.expression for row in rows_of(*blocks)]
+    wanted |= symbols_of(x for x in each if isinstance(x, sp.Expr))
     names = []
-    for row in reversed(before):
+    for row in reversed(rows_of(*(b for section in sections[:last] for b in section))):
         if row.name in {x.name for x in wanted} and isinstance(row.expression, sp.Expr):
             names.insert(0, row)
             wanted |= row.expression.free_symbols
     numbers = {str(d.symbol) for d in derivation.as_printed[1] if is_value(d)}
     numbers &= {x.name for x in wanted}
     comments += [
-        f"% {', '.join(map(str, own))}: {printable(words)}\n"
-        for own, words in meanings
-        if numbers & set(map(str, own))
+        f"% {', '.join(map(str, symbols))}: {printable(words)}\n"
+        for symbols, words in meanings
+        if numbers & set(map(str, symbols))
     ]
     written = [EquationRows(tuple(names))] * bool(names) + blocks
     formulas: list[str] = []

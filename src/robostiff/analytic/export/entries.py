@@ -248,7 +248,7 @@ class EntryNames:
     def of(self, letter: str, stage: int) -> str:
         """Letter and number of a joint, primed where given symbols are called like one of these."""
         while any(
-            (own := re.fullmatch(rf"{letter}_(\d+)(_\d+)?", name)) and int(own[1]) <= self._stages
+            (m := re.fullmatch(rf"{letter}_(\d+)(_\d+)?", name)) and int(m[1]) <= self._stages
             for name in self.given
         ):
             letter += "'"
@@ -344,20 +344,20 @@ def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]
     products = {entry: _Product.of(entry) for entry in whole.flat() if entry != 0}
     if not products:
         return sp.Integer(1), whole
-    powers = [own.powers for own in products.values()]
-    least = {base: min(own.get(base, 0) for own in powers) for own in powers for base in own}
+    powers = [entry.powers for entry in products.values()]
+    least = {base: min(x.get(base, 0) for x in powers) for factors in powers for base in factors}
     below = {base: power for base, power in least.items() if power < 0}
-    over_all = [all(own.get(base) == power for base, power in below.items()) for own in powers]
+    over_all = [all(x.get(base) == power for base, power in below.items()) for x in powers]
     # Of entries with a sum that has terms over symbols.
     of_sums = [
         is_all
-        for own, is_all in zip(powers, over_all, strict=True)
-        if any(sp.denom(x).free_symbols for base in own if base.is_Add for x in base.args)
+        for factors, is_all in zip(powers, over_all, strict=True)
+        if any(sp.denom(x).free_symbols for base in factors if base.is_Add for x in base.args)
     ]
     if not any(over_all) or not all(of_sums):
         for base in below:
-            least[base] = min(0, max(own.get(base, 0) for own in powers))
-    numbers = [own.number for own in products.values()]
+            least[base] = min(0, max(factors.get(base, 0) for factors in powers))
+    numbers = [entry.number for entry in products.values()]
     number: Any = sp.Integer(1)
     if all(x.is_Rational for x in numbers):  # the largest of which all are whole multiples
         above, below = [int(x.p) for x in numbers], [int(x.q) for x in numbers]
@@ -397,5 +397,5 @@ class _Product:
 
     def divided(self, number: Any, symbols: Any) -> Any:
         """The entry divided by a number and a product of symbols; a sum is not multiplied out."""
-        left, rest = self.number / number, self.product / symbols
-        return sp.Mul(left, rest, evaluate=False) if rest.is_Add and left != 1 else left * rest
+        front, rest = self.number / number, self.product / symbols
+        return sp.Mul(front, rest, evaluate=False) if rest.is_Add and front != 1 else front * rest

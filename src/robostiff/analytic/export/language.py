@@ -127,20 +127,20 @@ def _pieces(expression: Any, language: Any, room: float) -> list[_Piece]:
     if expression.is_Add and width > room / 4:
         pieces = _pieces((terms := ordered_terms(expression))[0], language, room)
         for term in terms[1:]:
-            (text, own), *rest = _pieces(term, language, room)
+            (text, size), *rest = _pieces(term, language, room)
             sign, bare = ("-", text[1:]) if text[0] == "-" else ("+", text)
-            pieces += [(f"{sign} {bare.lstrip()}", own + 2), *rest]
+            pieces += [(f"{sign} {bare.lstrip()}", size + 2), *rest]
         return pieces
     product = printed_product(expression)
     is_alone = len(product.above) == 1 and not _is_power_of_a_sum(product.above[0])
     if width <= room or (is_alone and not product.below and not product.negative):
         return [(language.write(expression), width)]
-    (text, own), *rest = _factors(product.above, language, room)
-    pieces = [(f"-{text}", own + 1) if product.negative else (text, own), *rest]
+    (text, size), *rest = _factors(product.above, language, room)
+    pieces = [(f"-{text}", size + 1) if product.negative else (text, size), *rest]
     if product.below:
         below = _factors(product.below, language, room)
-        (text, own), *rest = _bracketed(below, language) if len(product.below) > 1 else below
-        pieces += [(f"{language.slash} {text}", own + 1), *rest]
+        (text, size), *rest = _bracketed(below, language) if len(product.below) > 1 else below
+        pieces += [(f"{language.slash} {text}", size + 1), *rest]
     return pieces
 
 
@@ -150,9 +150,9 @@ def _factors(factors: tuple[Any, ...], language: Any, room: float) -> list[_Piec
         if x.is_Add:
             pieces += _bracketed(_pieces(x, language, room), language)
         elif _is_power_of_a_sum(x) and math_width(x) > room:
-            *first, (text, own) = _bracketed(_pieces(x.base, language, room), language)
+            *first, (text, size) = _bracketed(_pieces(x.base, language, room), language)
             power = language.power.replace("{}", language.write(x.exp))
-            pieces += [*first, (f"{text}{power}", own + 1)]
+            pieces += [*first, (f"{text}{power}", size + 1)]
         else:
             pieces += _pieces(x, language, room)
     return pieces or [("1", 1.0)]
@@ -163,8 +163,8 @@ def _is_power_of_a_sum(factor: Any) -> bool:
 
 
 def _bracketed(pieces: list[_Piece], language: Any) -> list[_Piece]:
-    (text, own), *rest = pieces
-    *first, (last, width) = [(f"{language.opening} {text}", own + 1), *rest]
+    (text, size), *rest = pieces
+    *first, (last, width) = [(f"{language.opening} {text}", size + 1), *rest]
     return [*first, (f"{last} {language.closing}", width + 1)]
 
 
@@ -195,7 +195,7 @@ def fitted(
         return block.factor, rest, EquationRows(())
     name = f"{block.name}_f"
     if needed + len(name) <= room and block.rest is not None and block.factor != 1:
-        named = Equation(name, block.factor, is_vector=False)
+        named = Equation(name, block.factor)
         return sp.Symbol(name), rest, EquationRows((named,))
     columns = widths(whole)
     # The widest entry for which all columns fit; narrow columns leave space for the others.
@@ -213,7 +213,7 @@ def fitted(
             name = f"{block.name}_{'' if block.is_vector else i + 1}{j + 1}"
             names[entry] = sp.Symbol(name)
             names.setdefault(-entry, -names[entry])
-            equations.append(Equation(name, entry, is_vector=False))
+            equations.append(Equation(name, entry))
     shown = [names.get(entry, entry) for entry in whole.flat()]
     matrix = sp.ImmutableMatrix(whole.rows, whole.cols, shown)
     return sp.S.One, matrix, EquationRows(tuple(equations))
@@ -353,10 +353,10 @@ class Language(Notation):
                 yield self.paragraph("".join(x + y for x, y in pairs))
             case Nomenclature(rows):
                 yield self.heading("Nomenclature", 2)
-                yield self.listed([(self.names(own), self.said(text)) for own, text in rows])
+                yield self.listed([(self.names(names), self.said(text)) for names, text in rows])
             case FormulaTable(head, rows, of):
                 yield self.table(
-                    [[self.said(x), *map(self.cell, own)] for x, own in ((of, head), *rows)]
+                    [[self.said(x), *map(self.cell, cells)] for x, cells in ((of, head), *rows)]
                 )
             case _:
                 for formula in self.formulas(block):

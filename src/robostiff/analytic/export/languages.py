@@ -272,14 +272,14 @@ class _Typst(Language):
         for is_narrow, group in groupby(
             rows, lambda x: 2 * (x.width + _BETWEEN_COLUMNS) <= self.room
         ):
-            own, written = list(group), []
-            for row in own:
+            members, written = list(group), []
+            for row in members:
                 first, *rest = row.lines
                 start = f"{row.left} = {'& ' * bool(rest)}{first}"
                 whole = " \\\n  ".join([start, *(f'& quad "" {line}' for line in rest)])
                 written.append(f"$ {whole} $")
-            if is_narrow and len(own) > 1:
-                columns = int(self.room / (max(x.width for x in own) + _BETWEEN_COLUMNS))
+            if is_narrow and len(members) > 1:
+                columns = int(self.room / (max(x.width for x in members) + _BETWEEN_COLUMNS))
                 cells = "\n".join(f"  {x}," for x in written)
                 found.append(f"#side-by-side({columns},\n{cells}\n)")
             else:

@@ -128,7 +128,7 @@ $head
 class _C(Code):
     """All numbers are doubles; small powers of a symbol are products."""
 
-    language, reserved, own, text = "C", C_WORDS, ("p", "K_out", "dK_out", "i"), _C_TEXT
+    language, reserved, extra, text = "C", C_WORDS, ("p", "K_out", "dK_out", "i"), _C_TEXT
     size, zero, pi, e = "fabs", "0.0", "3.14159265358979323846", "2.71828182845904523536"
     entry, steps, end, zeros = "{}[{n}]", "const double {}", ";", "double {}[{nn}] = {{0.0}};"
     fails, subject = "Returns 0; 1, and writes nothing,", "{K_out}, {n} x {n}, row after row,"
@@ -141,7 +141,7 @@ class _C(Code):
             [*self.compute.results, *beside, *(a.expression for a in self.compute.assignments)]
         )
         names = enumerate(zip(self.arguments, given, strict=True))
-        numbers = [f"const double {x} = {p}[{k}];" for k, (x, own) in names if own in used]
+        numbers = [f"const double {x} = {p}[{k}];" for k, (x, symbol) in names if symbol in used]
         loop = f"for (int {i} = 0; {i} < {{}}; ++{i})"
         finite = [(p, len(given))] * bool(given) + [(K, self.n**2) for K in self.results]
         h = self.fields["holds"]
@@ -166,8 +166,8 @@ class _C(Code):
             return [f"{p} is not used and may be null."]
         if not any(map(meanings.get, given)):
             return wrapped_words(f"Values: {', '.join(given.values())}.", self.width - 4)
-        words = {x: f": {plain_text(own)}" for x in given if (own := meanings.get(x))}
-        return ["Values:", *(f"  {own}{words.get(x, '')}" for x, own in given.items())]
+        words = {x: f": {plain_text(meaning)}" for x in given if (meaning := meanings.get(x))}
+        return ["Values:", *(f"  {value}{words.get(x, '')}" for x, value in given.items())]
 
     def call(self, function: str, arguments: list[str]) -> str:
         return super().call("fabs" if function == "abs" else function, arguments)
@@ -222,7 +222,7 @@ $head
 class _Python(Code):
     """NumPy, imported as np."""
 
-    language, reserved, own = "Python", PYTHON_WORDS, ("shape", "bad")
+    language, reserved, extra = "Python", PYTHON_WORDS, ("shape", "bad")
     size, pi, e, text, in_brackets = "np.abs", "np.pi", "np.e", _PYTHON_TEXT, True
     entry, both = "{}[..., {i}, {j}]", "{} & ({})"
     zeros, shape = "{} = np.zeros((*{shape}, {n}, {n}))", "(..., {n}, {n})"
@@ -288,7 +288,7 @@ end
 class _Julia(Code):
     """Julia's own functions throw where the result is not real."""
 
-    language, reserved, own, width = "Julia", JULIA_WORDS, ("T",), 88
+    language, reserved, extra, width = "Julia", JULIA_WORDS, ("T",), 88
     entry, zeros, text, in_brackets = "{}[{I}, {J}]", "{} = zeros({T}, {n}, {n})", _JULIA_TEXT, True
     fails = "A `DomainError` is thrown"
 
@@ -335,18 +335,18 @@ end
 class _Matlab(Code):
     """Numbers are doubles; what would be complex is not a number, and refused."""
 
-    language, reserved, longest, own = "MATLAB", MATLAB_WORDS, 63, ("real_one",)
+    language, reserved, longest, extra = "MATLAB", MATLAB_WORDS, 63, ("real_one",)
     text = _MATLAB_TEXT
     entry, zeros, end, goes_on = "{}({I}, {J})", "{} = zeros({n}, {n});", ";", " ..."
     fails = "It raises the error robostiff:formula"
 
     def parts(self) -> Mapping[str, str | list[str]]:
-        left = self.results[0] if len(self.results) == 1 else f"[{', '.join(self.results)}]"
+        out = self.results[0] if len(self.results) == 1 else f"[{', '.join(self.results)}]"
         checked = [f"[{', '.join(self.arguments)}]"] * bool(self.arguments)
         checked += [f"{K}(:)" for K in self.results]
         finite = " && ".join(f"all(isfinite({x}))" for x in checked)
         return {
-            "head": self.broken(f"function {left} = {self.name}(", f"{', '.join(self.arguments)})"),
+            "head": self.broken(f"function {out} = {self.name}(", f"{', '.join(self.arguments)})"),
             "finite": self.assigned(self.fields["holds"], finite),
         }
 

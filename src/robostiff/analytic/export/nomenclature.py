@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import Any
 
 import sympy as sp
@@ -20,11 +20,17 @@ from robostiff.analytic.export.blocks import (
     Title,
     is_value,
     meanings_of_given,
-    scalar,
 )
 from robostiff.analytic.export.entries import EntryNames, differential_parts
 from robostiff.analytic.vectors.forms import VectorForm
-from robostiff.analytic.vectors.vector_expressions import Coordinates, Cross, Dot, Norm, Vector
+from robostiff.analytic.vectors.vector_expressions import (
+    Coordinates,
+    Cross,
+    Dot,
+    Equation,
+    Norm,
+    Vector,
+)
 from robostiff.spatial import Space
 
 OF_T = "turns it to world axes and moves it to the reference point"
@@ -171,7 +177,6 @@ _OF_WALK = {
         "its length, and stiffness against traction, bending about y and z, and torsion"
     ),
 }
-_SCALARS = re.compile(r"[a-z]{2,}_i.*|[cs]|s_i_.*|L'?|EA'?|EI_[yz]'?|GJ'?")
 
 
 def nomenclature_of(
@@ -197,77 +202,73 @@ def meanings_of_legs(
     `form`: the vector level of the formula, or what of it is printed; None where there is none.
     """
     defined = {d.symbol.name.partition("_")[0] for d in steps}
-    own: list[Meaning] = [((x,), words) for x, words in _OF_NAMES.items() if x in defined]
-    if isinstance(form, VectorForm) and not form.wrenches:
-        return [*_meanings_of_springs(form, names), *own]
-    if form is None or isinstance(form, VectorForm):
+    of_steps: list[Meaning] = [((x,), words) for x, words in _OF_NAMES.items() if x in defined]
+    of_form = _meanings_of_form(form, names) if isinstance(form, VectorForm) else []
+    if of_form and not form.wrenches:
+        return [*of_form, *of_steps]
+    if form is None or of_form:
         wrench = ", ".join(Space.of_size(formula.matrices[0].rows).wrench_order)
         return [
             ((Vector(names.generic("w")),), f"wrench ({wrench}) that a leg transmits"),
             ((names.generic("c"),), "compliance of the leg under this wrench"),
-            *own,
-            *(() if form is None else _meanings_of_vectors(form)),
+            *of_steps,
+            *of_form,
         ]
     return [
         ((Vector("C"),), "compliance in axes of the arm"),
         ((Vector("K_0"),), "stiffness there"),
         (OWN_AXES, "axes of the arm in the world, and their origin"),
         ((Vector("T"),), OF_T),
-        *own,
+        *of_steps,
     ]
 
 
-def _meanings_of_vectors(found: VectorForm) -> list[Meaning]:
-    """Of the names of one leg, of the pose and of rods."""
-    all_legs = [e for form in (found, *found.others) for e in form.leg]
-    names = {e.name: e.is_vector for e in (*found.pose, *all_legs, *found.of_rod)}
-    names |= {"r_ij": True} if found.rods else {}
-    columns = [pair for form in (found, *found.others) for pair in form.columns.items()]
-    names |= {name: isinstance(c[0], Coordinates) for name, c in columns if name in _MEANINGS}
-    of_slides = _OF_SLIDES if "q_i" in names else {}
-    of_carrier = (_OF_LINKS if of_slides else _OF_CRANKS) if "v_i" in names else of_slides
-    names |= {"W_i": True, "C_i": True} if found.coupled else {}
-    listed = {**_MEANINGS, **of_carrier}
-    along = "rod" if of_carrier else "leg"
-    for equation in (e for e in all_legs if e.name in ("s_i", "t_i")):
-        # The cosine a . u and the sine |a x u| of the angle of a vector and a leg.
-        match equation.expression:
-            case Dot(Vector(name), _):
-                function = "cosine"
-            case Norm(Cross(Vector(name), _)):
-                function = "sine"
-            case _:
-                continue
-        other = f"the {listed[name]}" if name in listed else name
-        listed[equation.name] = f"{function} of the angle between the {along} and {other}"
-    shown = [(name, text) for name, text in listed.items() if name in names]
-    rows: list[Meaning] = [((Vector(x) if names[x] else x,), text) for x, text in shown]
-    coordinates: dict[str, list[str]] = {}
-    for name in dict.fromkeys(name for name, _ in columns):
-        if matched := re.fullmatch(r"(\w_i)[xyz]", name):
-            coordinates.setdefault(matched[1], []).append(name)
-    return [*rows, *((tuple(own), f"coordinates of {x}") for x, own in coordinates.items())]
-
-
-def _meanings_of_springs(found: VectorForm, given: EntryNames) -> list[Meaning]:
-    """Of the names of rotations, points, twists and beams of an arm, or of a generic leg."""
+def _meanings_of_form(found: VectorForm, given: EntryNames) -> list[Meaning]:
+    """Of the names of one leg, of the pose, of rods, and of springs."""
     of, index = ("arm", "") if found.is_arm else ("leg", "_i")
-    forms = (found, *found.others)
-    names = [f"C{index}", *(e.name for form in forms for e in (*form.pose, *form.leg))]
-    names += [x for form in forms for x in form.columns]
-    names += [] if found.is_arm else ["K_i", "W_i", "J_i"]
-    names += ["c"] * bool(found.drives)
-    beam = ("D", "T", *(x + "'" * (x in given.given) for x in ("L", "EA", "EI_y", "EI_z", "GJ")))
-    names += beam if found.beams else ()
+    forms, by_springs = (found, *found.others), not found.wrenches
+    columns = {name: isinstance(c[0], Coordinates) for x in forms for name, c in x.columns.items()}
+    legs = [e for form in forms for e in form.leg]
+    names = {f"C{index}": True} if by_springs or found.coupled else {}
+    names |= {e.name: e.is_vector for e in (*found.pose, *legs, *found.of_rod)} | columns
+    names |= {"r_ij": True} if found.rods else {}
+    names |= dict.fromkeys(("K_i", "W_i", "J_i"), True) if found.passive or found.coupled else {}
+    names |= {"c": False} if found.drives else {}
+    if found.beams:
+        names |= {"D": True, "T": True} | dict.fromkeys(letters_of_beam(given.given), False)
+    listed = _OF_WALK
+    if not by_springs:
+        of_slides = _OF_SLIDES if "q_i" in names else {}
+        of_carrier = (_OF_LINKS if of_slides else _OF_CRANKS) if "v_i" in names else of_slides
+        listed, along = {**_MEANINGS, **of_carrier}, "rod" if of_carrier else "leg"
+        for equation in (e for e in legs if e.name in ("s_i", "t_i")):
+            # The cosine a . u and the sine |a x u| of the angle of a vector and a leg.
+            match equation.expression:
+                case Dot(Vector(name), _):
+                    function = "cosine"
+                case Norm(Cross(Vector(name), _)):
+                    function = "sine"
+                case _:
+                    continue
+            other = f"the {listed[name]}" if name in listed else name
+            listed[equation.name] = f"{function} of the angle between the {along} and {other}"
     rows: list[Meaning] = []
-    for pattern, words in _OF_WALK.items():
+    for pattern, words in listed.items():
         one = re.compile(pattern.format(i=index))
-        own = [x for x in dict.fromkeys(names) if one.fullmatch(x)]
-        each = [x if _SCALARS.fullmatch(x) else Vector(x) for x in own]
+        each = [Vector(x) if names[x] else x for x in names if one.fullmatch(x)]
         is_row = pattern.endswith("_.*") and len(each) > 2
         shown = (each[0], "...", each[-1]) if is_row else tuple(each)
         rows += [(shown, words.format(of=of))] if each else []
-    return rows
+    coordinates: dict[str, list[str]] = {}
+    for name in columns:
+        if matched := re.fullmatch(r"(\w_i)[xyz]", name):
+            coordinates.setdefault(matched[1], []).append(name)
+    return [*rows, *((tuple(each), f"coordinates of {x}") for x, each in coordinates.items())]
+
+
+def letters_of_beam(taken: Container[str]) -> list[str]:
+    """Length and products of any beam, primed where they stand for something else."""
+    return [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
 
 
 def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
@@ -287,8 +288,8 @@ def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
         if meaning and not {name, letter, f"{letter}_1"} & listed:
             recurring.setdefault(meaning, []).append(name)
     rows = list(last.rows)
-    for words, own in recurring.items():
-        rows.append((tuple(own if len(own) < 4 else [*own[:2], "...", own[-1]]), words))
+    for words, each in recurring.items():
+        rows.append((tuple(each if len(each) < 4 else [*each[:2], "...", each[-1]]), words))
     parts: dict[str, tuple[str, int]] = {}
     for name in named:
         letter, _, number = name.rpartition("_")
@@ -331,15 +332,15 @@ def with_conditions(blocks: Sequence[Block], derivation: Any) -> tuple[Block, ..
     groups: dict[Any, list[Condition]] = {}  # of legs alike one
     for c in short:
         groups.setdefault(_multiplied_out(c.expression), []).append(c)
-    named = [(f"{letter}_{i}", own) for i, own in enumerate(groups.values(), start=1)]
+    named = [(f"{letter}_{i}", alike) for i, alike in enumerate(groups.values(), start=1)]
     section: list[Block] = [Title("Where the formula holds")]
     if named:
         section.append(Sentences("It holds where these differences are positive."))
-        section.append(EquationRows(tuple(scalar(x, own[0].expression) for x, own in named)))
+        section.append(EquationRows(tuple(Equation(x, alike[0].expression) for x, alike in named)))
     rest = [c for c in beside if c not in short]
     if rest:
         section.append(Sentences(f"It holds only where {_words(rest, legs)}."))
-    rows = (((name,), f"positive where {_words(own, legs)}") for name, own in named)
+    rows = (((name,), f"positive where {_words(alike, legs)}") for name, alike in named)
     return (*before, *section, Nomenclature((*last.rows, *rows)))
 
 
@@ -350,9 +351,9 @@ def in_programs(derivation: Any) -> list[tuple[str, Any]]:
     for c in derivation.conditions:
         groups.setdefault(_of_any_leg(c), []).append(c)
     found: dict[Any, tuple[str, Any]] = {}
-    for own in groups.values():
-        words = _words(own, legs)
-        for c in own:
+    for alike in groups.values():
+        words = _words(alike, legs)
+        for c in alike:
             found.setdefault(_multiplied_out(c.expression), (words, c.expression))
     return list(found.values())
 
@@ -369,9 +370,9 @@ def _words(conditions: Sequence[Condition], legs: Sequence[str]) -> str:
     for c in conditions:
         groups.setdefault(_of_any_leg(c), {})[c.leg] = None
     found = []
-    for words, own in groups.items():
-        named = "each leg" if {*own} == {*legs} else f"each of {', '.join(map(repr, own))}"
-        found.append(words.replace(_LEGS, f"leg {next(iter(own))!r}" if len(own) == 1 else named))
+    for words, some in groups.items():
+        named = "each leg" if {*some} == {*legs} else f"each of {', '.join(map(repr, some))}"
+        found.append(words.replace(_LEGS, f"leg {next(iter(some))!r}" if len(some) == 1 else named))
     return "; ".join(found)
 
 

@@ -23,7 +23,6 @@ from robostiff.analytic.export.blocks import (
     equations,
     meanings_of_given,
     own_axes,
-    scalar,
     scalar_unless_name,
     stiffness_equation,
     transport,
@@ -57,14 +56,14 @@ def outline_of(derivation: Any) -> tuple[Block, ...]:
     ['Cartesian stiffness matrix K_C', 'Result']
     """
     outline: Any = _chain
-    for kind, own in (
+    for kind, outline_of_kind in (
         (FormulaDerivative, _derivative),
         (RobotDerivation, robot_outline),
         (LegElimination, _leg),
         (ComplianceSteps, _compliance),
         (FormulaInVectors, outline_in_vectors),
     ):
-        outline = own if isinstance(derivation, kind) else outline
+        outline = outline_of_kind if isinstance(derivation, kind) else outline
     return with_conditions(with_springs(outline(derivation)), derivation)
 
 
@@ -142,7 +141,7 @@ def _by_entries(place: int, earlier: str, after: str, before: Any) -> Block:
     whole, across, *sides = (
         sp.Symbol(f"{earlier}_{x}") for x in ("jk", f"{p}{p}", f"j{p}", f"k{p}")
     )
-    return EquationRows((scalar(f"{after}_jk", whole - sides[0] * sides[1] / across),))
+    return equation(f"{after}_jk", whole - sides[0] * sides[1] / across)
 
 
 def _meanings_of_joints(
@@ -209,15 +208,14 @@ def _leg(derivation: LegElimination) -> list[Block]:
         Sentences("The leg's part of the sum over the legs, eq. (11) to (13):"),
         transport(names.result, names.of("K", count)),
     ]
-    form, own = derivation.at_vector_level, list[Meaning]()
+    form, of_vectors = derivation.at_vector_level, list[Meaning]()
     if form is not None:
         taken = {*names.given, *(d.symbol.name for d in derivation.definitions)}
-        section, _ = vector_level(form, names.result, derivation.definitions, taken)
-        for b in section:
+        for b in vector_level(form, names.result, taken):
             is_rows = isinstance(b, EquationRows)  # what is defined above is not said again
             rest = tuple(e for e in b.rows if e.name not in taken) if is_rows else ()
             blocks.append(EquationRows(rest, b.springs) if is_rows else b)
-        own = meanings_of_legs(derivation, form, names)
+        of_vectors = meanings_of_legs(derivation, form, names)
     wrench = ", ".join(Space.of_size(derivation.K.rows).wrench_order)
     rows: list[Meaning] = [
         ((C,), f"compliance of the elastic parts: twist for wrench ({wrench})"),
@@ -230,7 +228,7 @@ def _leg(derivation: LegElimination) -> list[Block]:
         rows += _meanings_of_joints(derivation, names, without_reactions=all(by_entries))
     given = sorted(map(str, derivation.given_symbols))
     listed = dict.fromkeys((*(x for x in derivation.coordinates if x in given), *given))
-    rows += own
+    rows += of_vectors
     return [*blocks, Nomenclature((*rows, *meanings_of_given(listed, derivation.meanings)))]
 
 

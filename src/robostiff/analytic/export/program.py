@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import count
 from typing import Any
 
 import sympy as sp
@@ -67,31 +68,6 @@ class Guard:
     part: float
 
 
-def guards_of(expressions: Iterable[Any], assigned: Mapping[Any, Any]) -> tuple[Guard, ...]:
-    """The sums by which expressions divide, and that can cancel.
-
-    Intermediates are `assigned`, in order.
-
-    Examples
-    --------
-    >>> x, t = sp.symbols("x t", positive=True)
-    >>> [g.value for g in guards_of([1 / t + 1 / (x + 1)], {t: x - 1})]
-    [t]
-    """
-    positive: set[Any] = set()
-    for symbol, expression in assigned.items():
-        if _is_nonnegative(expression, positive):
-            positive.add(symbol)
-    found: dict[Any, Guard] = {}
-    for expression in (*assigned.values(), *expressions):
-        part: Any
-        for part in sp.preorder_traversal(expression):
-            if part.is_Pow and part.exp.could_extract_minus_sign():
-                for guard in _sums(part.base, part.base, assigned, positive, SAFE):
-                    found.setdefault(guard.value, guard)
-    return tuple(found.values())
-
-
 def _sums(
     below: Any, value: Any, assigned: Mapping[Any, Any], positive: set[Any], part: float
 ) -> Iterator[Guard]:
@@ -137,11 +113,6 @@ class FormulaProgram:
     meanings: Mapping[str, str] = field(default_factory=dict)  # of arguments, by their names
 
     @property
-    def entries(self) -> sp.ImmutableMatrix:
-        """The stiffness matrix."""
-        return self.results[0]
-
-    @property
     def operations(self) -> int:
         """How many it takes."""
         entries = dict.fromkeys(entry for matrix in self.results for entry in matrix.flat())
@@ -150,8 +121,19 @@ class FormulaProgram:
     @property
     def guards(self) -> tuple[Guard, ...]:
         """The sums by which the program divides, and that can cancel."""
-        found = [entry for matrix in self.results for entry in matrix.flat()]
-        return guards_of(found, {a.symbol: a.expression for a in self.assignments})
+        assigned, positive = {a.symbol: a.expression for a in self.assignments}, set[Any]()
+        for symbol, expression in assigned.items():
+            if _is_nonnegative(expression, positive):
+                positive.add(symbol)
+        found: dict[Any, Guard] = {}
+        entries = (entry for matrix in self.results for entry in matrix.flat())
+        for expression in (*assigned.values(), *entries):
+            part: Any
+            for part in sp.preorder_traversal(expression):
+                if part.is_Pow and part.exp.could_extract_minus_sign():
+                    for guard in _sums(part.base, part.base, assigned, positive, SAFE):
+                        found.setdefault(guard.value, guard)
+        return tuple(found.values())
 
 
 def program(derivation: Formula, *, plain: bool = False) -> FormulaProgram:
@@ -173,7 +155,7 @@ def program(derivation: Formula, *, plain: bool = False) -> FormulaProgram:
     >>> compute = program(Derivation("K_C", K, (), K))
     >>> compute.assignments
     (Definition(symbol=t1, expression=sin(a)),)
-    >>> compute.entries[0, 0]
+    >>> compute.results[0][0, 0]
     t1**2
     """
     matrices, definitions = derivation.as_printed
@@ -191,7 +173,7 @@ def program(derivation: Formula, *, plain: bool = False) -> FormulaProgram:
     if any(d.expression.free_symbols - known for d in form.definitions):
         return found  # vectors with a coordinate on which K does not depend
     in_vectors = _in_order(derivation, form.K, form.definitions, sp.cse)
-    return min(found, in_vectors, key=lambda own: own.operations)
+    return min(found, in_vectors, key=lambda steps: steps.operations)
 
 
 def _in_order(
@@ -209,21 +191,25 @@ def _in_order(
         *matrix.flat(),
         *(expression for _, expression in conditions),
     ]
-    shared, reduced = share(expressions, symbols=_temporaries(set(names)))
+
+    def unused() -> Iterator[sp.Symbol]:
+        return (sp.Symbol(x) for i in count(1) if (x := f"t{i}") not in names)
+
+    shared, reduced = share(expressions, symbols=unused())
     # A shared subexpression that is a definition has the name of that.
-    own: dict[Any, Any] = {}
+    same: dict[Any, Any] = {}
     values = dict(shared)
     for symbol, expression in zip(defined, reduced, strict=False):
         if expression in values:
-            own.setdefault(expression, symbol)
-    assigned: dict[Any, Any] = {own.get(x, x): value.xreplace(own) for x, value in values.items()}
+            same.setdefault(expression, symbol)
+    assigned: dict[Any, Any] = {same.get(x, x): value.xreplace(same) for x, value in values.items()}
     for symbol, expression in zip(defined, reduced, strict=False):
-        assigned.setdefault(symbol, expression.xreplace(own))
-    results: list[Any] = [x.xreplace(own) for x in reduced[len(defined) :]]
+        assigned.setdefault(symbol, expression.xreplace(same))
+    results: list[Any] = [x.xreplace(same) for x in reduced[len(defined) :]]
     every = [Definition(x, assigned[x]) for x in dict.fromkeys((*defined, *assigned))]
     placed = used_definitions([*in_order(every)], results)
     temporary = [d.symbol for d in placed if d.symbol not in defined]
-    put: dict[Any, Any] = dict(zip(temporary, _temporaries(set(names)), strict=False))
+    put: dict[Any, Any] = dict(zip(temporary, unused(), strict=False))
     steps = [
         Definition(put.get(d.symbol, d.symbol), assigned[d.symbol].xreplace(put)) for d in placed
     ]
@@ -251,14 +237,3 @@ def _in_order(
         (*signs, *((words, x, ">") for (words, _), x in beside)),
         derivation.meanings,
     )
-
-
-def _temporaries(taken: set[str]) -> Iterator[sp.Symbol]:
-    """Unused symbols t1, t2, ..."""
-    letter = "t"
-    while any(name.startswith(letter) and name[len(letter) :].isdigit() for name in taken):
-        letter += "t"
-    number = 1
-    while True:
-        yield sp.Symbol(f"{letter}{number}")
-        number += 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -22,14 +22,18 @@ from robostiff.analytic.export.blocks import (
     equation,
     equations,
     own_axes,
-    scalar,
     scalar_unless_name,
     stiffness_equation,
     transport,
     unless_long,
 )
 from robostiff.analytic.export.entries import DIGITS, EntryNames, in_decimals
-from robostiff.analytic.export.nomenclature import OF_STRUTS, meanings_of_legs, nomenclature_of
+from robostiff.analytic.export.nomenclature import (
+    OF_STRUTS,
+    letters_of_beam,
+    meanings_of_legs,
+    nomenclature_of,
+)
 from robostiff.analytic.placement.turned_legs import turn_in_words
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.vectors.forms import (
@@ -49,19 +53,18 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
     names = EntryNames(derivation)
     blocks: list[Block] = [Title(names.title, level=1), _summary(derivation, names)]
     blocks += [Sentences(derivation.remark)] * bool(derivation.remark)
-    named = _named(derivation, names)
-    definitions = list(named.definitions)
     form, alone, taken = derivation.vectors, is_vectors_alone(derivation), set(names.given)
+    defined = {d.symbol for x in (form, *form.others) for d in x.names} if form else set()
+    named = _named(derivation, {*names.given, *map(str, defined)})
+    definitions = list(named.definitions)
     # Wrenches in names are shorter than one leg by its springs.
     in_names = bool(form and form.passive) and not alone and derivation.named is not None
     form = None if in_names else form
     if form is not None:
         if derivation.is_closed or not alone:
             form = replace(form, average=None)  # K is written out
-        springs = [] if alone else [d for d in derivation.definitions if d.parts]
         taken |= set() if alone else {d.symbol.name for d in derivation.definitions}
-        section, defined = vector_level(form, names.result, [*definitions, *springs], taken)
-        blocks += section
+        blocks += vector_level(form, names.result, taken)
         definitions = [d for d in definitions if d.symbol not in defined]
     series = derivation.in_series
     if alone:
@@ -71,7 +74,7 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
         blocks += _series(series, names.result, taken)
         blocks.append(Sentences(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
     else:
-        closing = tuple(scalar("0", x) for c in derivation.conditions for x in c.equations)
+        closing = tuple(Equation("0", x) for c in derivation.conditions for x in c.equations)
         blocks += [Title("Where the legs close"), EquationRows(closing)]
         if form is not None and derivation.is_closed:
             # One leg and the table have said what all legs transmit, and how they add up.
@@ -91,7 +94,7 @@ def outline_in_vectors(form: FormulaInVectors) -> list[Block]:
     """The blocks of a vector level alone."""
     names = EntryNames(form)
     if isinstance(form, VectorForm) and not form.is_arm:
-        blocks, _ = vector_level(form, names.result, (), set(names.given))
+        blocks = vector_level(form, names.result, set(names.given))
     else:
         blocks = _series(form, names.result, set(names.given))
     rows = meanings_of_legs(form, form, names)
@@ -110,7 +113,7 @@ def is_vectors_alone(derivation: RobotDerivation) -> bool:
     return len(entries) + len(used) > _MOST_LINES
 
 
-def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
+def _named(derivation: RobotDerivation, taken: set[str]) -> InNames:
     """Names for K and the wrenches together, so that a name has one meaning; none in steps."""
     K, legs = derivation.K, derivation.legs
     if derivation.named is not None:
@@ -120,7 +123,7 @@ def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
     upper = [K[i, j] for i in range(K.rows) for j in range(i, K.rows)]
     columns = [[*w, c] for leg in legs for w, c in zip(leg.wrenches, leg.compliances, strict=True)]
     every = [*upper, *(entry for column in columns for entry in column)]
-    named = name_combinations(sp.ImmutableMatrix([every]), names.given)
+    named = name_combinations(sp.ImmutableMatrix([every]), taken)
     written = dict(zip(every, named.matrix.flat(), strict=True))
     found = [
         replace(
@@ -130,8 +133,7 @@ def _named(derivation: RobotDerivation, names: EntryNames) -> InNames:
         )
         for leg in legs
     ]
-    lower = {K[j, i]: written[K[i, j]] for i in range(K.rows) for j in range(i, K.rows)}
-    return InNames(K.applyfunc({**lower, **written}.__getitem__), tuple(found), named.definitions)
+    return InNames(K.applyfunc(written.__getitem__), tuple(found), named.definitions)
 
 
 def _summary(derivation: RobotDerivation, names: EntryNames) -> Sentences:
@@ -203,7 +205,7 @@ def _leg_by_leg(
     for j, leg in enumerate(in_names):
         if leg.definitions:
             continue
-        for i in (i for i in range(j) if not any(i + 1 in own for own in of_others.values())):
+        for i in (i for i in range(j) if not any(i + 1 in turns for turns in of_others.values())):
             first = in_names[i]
             if words[i] != words[j] or [*leg.compliances] != [*first.compliances]:
                 continue
@@ -212,7 +214,7 @@ def _leg_by_leg(
                 of_others.setdefault(i + 1, {})[j + 1] = turn
                 break
     for number, leg in enumerate(in_names, start=1):
-        if any(number in own for own in of_others.values()):
+        if any(number in turns for turns in of_others.values()):
             continue
         blocks.append(Title(f"Leg {number}: {' '.join(leg.name.split())}"))
         if not alike:
@@ -221,10 +223,10 @@ def _leg_by_leg(
         if not leg.wrenches:
             blocks.append(Sentences("It transmits no wrench."))
         for k, (w, c) in enumerate(zip(leg.wrenches, leg.compliances, strict=True), start=1):
-            own = f"{number}_{k}" if len(leg.wrenches) > 1 else f"{number}"
-            blocks += unless_long(f"w_{own}", sp.ImmutableMatrix([*w, c]), w)
+            index = f"{number}_{k}" if len(leg.wrenches) > 1 else f"{number}"
+            blocks += unless_long(f"w_{index}", sp.ImmutableMatrix([*w, c]), w)
             if not isinstance(blocks[-1], Sentences):
-                blocks += scalar_unless_name(f"c_{own}", c)
+                blocks += scalar_unless_name(f"c_{index}", c)
         turned = (
             f"{turn} it is leg {other}, {' '.join(in_names[other - 1].name.split())}"
             for other, turn in of_others.get(number, {}).items()
@@ -238,15 +240,10 @@ def _leg_by_leg(
     return [*blocks, Title("Sum of the legs"), total, equations(rest)]
 
 
-def vector_level(
-    found: VectorForm, result: str, known: Sequence[Definition], taken: set[str]
-) -> tuple[list[Block], set[Any]]:
+def vector_level(found: VectorForm, result: str, taken: set[str]) -> list[Block]:
     """The generic leg, the table of what differs, and the sum over the legs.
 
-    Also the known names that it defines.
-
-    `result`: name of the stiffness; `known`: names that the rest of the derivation has;
-    `taken`: names that stand for something else.
+    `result`: name of the stiffness; `taken`: names that stand for something else.
     """
     alone = len(found.legs) == 1 and not found.others
     words = (
@@ -274,13 +271,12 @@ def vector_level(
     parts = [f"K_{k + 1}" for k in range(len(forms))] if several else [result]
     written: set[Any] = set()
     for k, (form, part) in enumerate(zip(forms, parts, strict=True)):
-        renamed, names = _in_known_names(form.names, known, taken)
         if several:
             of = "Leg" if len(form.legs) == 1 else "Legs"
             blocks.append(Title(f"{of}: {', '.join(form.legs)}", level=3))
-        new = [d for d in names if d.symbol not in written]
-        blocks += _kind_of_leg(form, part, renamed, new, () if k else form.pose, taken)
-        written |= {d.symbol for d in names}
+        new = [d for d in form.names if d.symbol not in written]
+        blocks += _kind_of_leg(form, part, new, () if k else form.pose, taken)
+        written |= {d.symbol for d in form.names}
     blocks += [Title("All legs", level=3)] * several
     if found.passive:
         whole: Any = "W_i (W_i^T C_i W_i)^-1 W_i^T"
@@ -289,8 +285,8 @@ def vector_level(
             "joints, as many as there are."
         )
         closing = " Legs close where they hold the platform alike: {} and {} are those of all legs."
-        own = [Vector(x) for x in ("p_i", "R_i") if x in {e.name for e in found.leg}]
-        listed = [Vector("W_i"), Vector("J_i"), *(own if len(own) > 1 else ())]
+        closed = [Vector(x) for x in ("p_i", "R_i") if x in {e.name for e in found.leg}]
+        listed = [Vector("W_i"), Vector("J_i"), *(closed if len(closed) > 1 else ())]
         blocks += [
             *_compliance_of_springs(found, "C_i", taken, Equation("K_i", whole)),
             Sentences(words + closing * (len(listed) > 2), tuple(listed)),
@@ -307,35 +303,31 @@ def vector_level(
             ),
             MatrixEquation(result, found.average),
         ]
-    return blocks, written
+    return blocks
 
 
 def _kind_of_leg(
     found: VectorForm,
     result: str,
-    renamed: Mapping[Any, Any],
     names: Sequence[Definition],
     pose: Sequence[Equation],
     taken: set[str],
 ) -> list[Block]:
     """One leg of a kind, the table of what differs, and the sum over these legs."""
 
-    def shown(x: Any) -> Any:
-        return in_decimals(x.xreplace(renamed))
-
     def equations_of(rows: Sequence[Equation]) -> list[Equation]:
-        return [replace(e, expression=shown(e.expression)) for e in rows]
+        return [replace(e, expression=in_decimals(e.expression)) for e in rows]
 
     columns: dict[str, list[Any]] = {}
     same: list[Equation] = []  # what differs by rounding alone
     for name, column in found.columns.items():
         # Joint coordinates are the given ones, with the number of the leg in place of i.
         if not all(re.fullmatch(name.replace("_i_", r"_\d+_"), str(x)) for x in column):
-            columns[name] = [*map(shown, column)]
+            columns[name] = [*map(in_decimals, column)]
             decimals = {x.evalf(DIGITS) if x.is_number else x for x in columns[name]}
             if len(decimals) < min(2, len(column)):
-                own = columns.pop(name)[0]
-                same.append(Equation(name, own, isinstance(own, Coordinates)))
+                value = columns.pop(name)[0]
+                same.append(Equation(name, value))
     leg = [*equations_of(found.leg), *same]
     of_wrench = [e.name.startswith(("w_", "c_", "o_")) for e in leg]
     first = [e for e, is_later in zip(leg, of_wrench, strict=True) if not is_later]
@@ -369,7 +361,7 @@ def _kind_of_leg(
             EquationRows((couple, compliance)),
             FormulaTable(
                 ("r_ijx", "r_ijy", "r_ijz"),
-                tuple((name, tuple(map(shown, arm))) for _, name, arm in found.rods),
+                tuple((name, tuple(map(in_decimals, arm))) for _, name, arm in found.rods),
                 "rod",
             ),
         ]
@@ -384,7 +376,7 @@ def _kind_of_leg(
     C = "; ".join(", ".join(f"${c}" if c else "0" for c in row) for row in found.coupled)
     K = f"{total}W_i C_i^-1 W_i^T"
     each: Any = (("W_i", W), ("C_i", f"[{C}]"), (result, K))
-    return [*blocks, EquationRows(tuple(Equation(*own) for own in each))]
+    return [*blocks, EquationRows(tuple(Equation(*row) for row in each))]
 
 
 def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
@@ -427,15 +419,12 @@ def _tables_of_springs(found: VectorForm, taken: set[str]) -> list[Block]:
     """Drives and beams of an arm or of a generic leg."""
     drives = tuple((joint, (Vector(t), in_decimals(c))) for joint, t, c in found.drives)
     beams = tuple(
-        (beam, (Vector(Q), Vector(m), *map(in_decimals, own))) for beam, Q, m, own in found.beams
+        (beam, (Vector(Q), Vector(m), *map(in_decimals, sizes)))
+        for beam, Q, m, sizes in found.beams
     )
-    head = (Vector("Q"), Vector("m"), *_letters_of_beam(taken))
+    head = (Vector("Q"), Vector("m"), *letters_of_beam(taken))
     blocks: list[Block] = [FormulaTable((Vector("t"), "c"), drives, "joint")] * bool(drives)
     return [*blocks, *[FormulaTable(head, beams, "beam")] * bool(beams)]
-
-
-def _letters_of_beam(taken: set[str]) -> list[str]:
-    return [x + "'" * (x in taken) for x in ("L", "EA", "EI_y", "EI_z", "GJ")]
 
 
 def _compliance_of_springs(
@@ -447,31 +436,6 @@ def _compliance_of_springs(
     )
     rows: list[tuple[str, Any]] = [(name, C)]
     if found.beams:
-        own = beam_compliances(*map(sp.Symbol, _letters_of_beam(taken)))
-        rows += [("T", "[Q, (m ×) Q; 0, Q]"), ("D", sp.Function("diag")(*own))]
-    return [EquationRows((*(Equation(*own) for own in rows), *after))]
-
-
-def _in_known_names(
-    names: Sequence[Definition], known: Sequence[Definition], taken: set[str]
-) -> tuple[dict[Any, Any], tuple[Definition, ...]]:
-    """Names that the rest of the derivation has for the same formulas, otherwise free ones."""
-    by_formula = {d.expression: d.symbol for d in known}
-    same = {(d.symbol, d.expression) for d in known}
-    used = taken | {d.symbol.name for d in known}
-    renamed: dict[Any, Any] = {}
-    new = []
-    for definition in names:
-        own = by_formula.get(definition.expression)
-        if (definition.symbol, definition.expression) in same:
-            own = definition.symbol
-        if own is None:
-            name = definition.symbol.name
-            while name in used:
-                letter, _, number = name.partition("_")
-                name = f"{letter}'_{number}"
-            own = sp.Symbol(name, positive=True)
-        expression: Any = definition.expression.xreplace(renamed)
-        new.append(replace(definition, symbol=own, expression=expression))
-        renamed[definition.symbol] = own
-    return renamed, tuple(new)
+        compliances = beam_compliances(*map(sp.Symbol, letters_of_beam(taken)))
+        rows += [("T", "[Q, (m ×) Q; 0, Q]"), ("D", sp.Function("diag")(*compliances))]
+    return [EquationRows((*(Equation(*row) for row in rows), *after))]

@@ -79,11 +79,6 @@ class RobotInNumbers:
         return cls(where, symbols, places, general, placed.length)
 
     @property
-    def rank(self) -> int:
-        """The largest rank: that of a formula for general values."""
-        return max(int(result.rank) for _, result, _ in self.places)
-
-    @property
     def leg_stiffness(self) -> tuple[np.ndarray, ...]:
         """(n, n) of each leg about the reference point, at the first of the values."""
         return self.places[0][1].leg_stiffness
@@ -139,13 +134,12 @@ def closed_places(placed: PlacedRobot, sets: int = _SETS, poses: int = _POSES) -
                 if checked:
                     continue
                 break  # the robot does not close at these values: nearer ones are tried
-            answered = [(known, result) for known, result in results if result.answered]
-            for known, result in answered:
-                yield known, result, bool(result.status & Status.ILL_CONDITIONED)
-            for _, result in results:
-                if not result.answered:
+            for known, result in results:
+                if result.answered:
+                    yield known, result, bool(result.status & Status.ILL_CONDITIONED)
+                else:
                     complaint = "; ".join(result.complaints) or complaint
-            checked += bool(answered)
+            checked += any(result.answered for _, result in results)
             if checked >= sets:
                 return
         if checked:

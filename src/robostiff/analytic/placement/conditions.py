@@ -264,8 +264,8 @@ def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition,
     for block in leg.blocks:
         for branch in block.branches:
             yield from _stretched(branch, read)
-    own = (x for x in leg.own_parts if isinstance(x, PlacedFreedom) and x.is_passive)
-    single = [x for x in own if not isinstance(x, CoupledFreedom) and not (x.turns and x.slides)]
+    free = (x for x in leg.own_parts if isinstance(x, PlacedFreedom) and x.is_passive)
+    single = [x for x in free if not isinstance(x, CoupledFreedom) and not (x.turns and x.slides)]
     for some in (*combinations(single, 2), *combinations(single, 3)):
         sides = _sides_of(some)
         if sides is None:

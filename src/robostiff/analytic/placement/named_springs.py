@@ -30,8 +30,25 @@ _SHORT = 1  # operations of a stiffness that needs no name, such as E*A
 _LETTERS = ("EA", "EI", "EI_y", "EI_z", "GJ")
 
 
-def named_springs(robot: Robot, taken: Iterable[str]) -> NamedSprings:
-    """Names for the stiffnesses of springs.
+def with_samples(
+    springs: Sequence[Definition], samples: Mapping[str, Any], symbols: dict[str, sp.Symbol]
+) -> dict[str, Any]:
+    """Samples of symbols with those of named springs, whose symbols are added to the others."""
+    at = {symbols[name]: sample for name, sample in samples.items()}
+    names = [d.symbol for d in springs]
+    symbols |= {symbol.name: symbol for symbol in names}
+    shape = np.shape(next(iter(samples.values()), 0.0))
+    each = zip(names, values_of(names, at, springs), strict=True)
+    return {**samples, **{s.name: np.broadcast_to(values, shape) for s, values in each}}
+
+
+#: E A, E I_y, E I_z and G J of a beam by letter, each a name, or a formula that needs none.
+_Stiffnesses = dict[str, Any]
+_Material = tuple[Any, Any, str]  # E, G and its name
+
+
+class NamedSprings:
+    """Names for the stiffnesses of springs; those that are alike have one.
 
     Beams have names for their products, drives for a stiffness that is a number. A modulus that is
     a number has a name where the section has symbols. Beams in which shear counts, tapered ones
@@ -43,57 +60,36 @@ def named_springs(robot: Robot, taken: Iterable[str]) -> NamedSprings:
     --------
     >>> from robostiff.robots import load
     >>> symbols = ("b", "h", "l1", "l2")
-    >>> names = named_springs(load("two-link-arm", symbols=symbols), symbols).definitions
+    >>> names = NamedSprings(load("two-link-arm", symbols=symbols), symbols).definitions
     >>> [str(d.symbol) for d in names]
     ['E', 'G', 'EA_1', 'EI_y_1', 'EI_z_1', 'GJ_1', 'EA_2', 'EI_2', 'GJ_2', 'k_1', 'k_2']
     >>> names[0].expression, names[3].expression, names[-1].expression
     (210000000000, E*b*h**3/12, 100000)
     """
-    parts = [*_parts_of(robot)]
-    beams = [pair for part in parts for pair in part.beams]
-    table = NamedSprings({*taken})
-    table.name_moduli([own for _, own in beams])
-    for name, own in beams:
-        table.name_products(name, own)
-    for part in parts:
-        if part.drive is not None:
-            table.name_stiffness(part.leg + part.name, *part.drive)
-    return table
 
-
-def with_samples(
-    springs: Sequence[Definition], samples: Mapping[str, Any], symbols: dict[str, sp.Symbol]
-) -> dict[str, Any]:
-    """Samples of symbols with those of named springs, whose symbols are added to the others."""
-    at = {symbols[name]: sample for name, sample in samples.items()}
-    own = [d.symbol for d in springs]
-    symbols |= {symbol.name: symbol for symbol in own}
-    shape = np.shape(next(iter(samples.values()), 0.0))
-    each = zip(own, values_of(own, at, springs), strict=True)
-    return {**samples, **{s.name: np.broadcast_to(values, shape) for s, values in each}}
-
-
-#: E A, E I_y, E I_z and G J of a beam by letter, each a name, or a formula that needs none.
-_Stiffnesses = dict[str, Any]
-_Material = tuple[Any, Any, str]  # E, G and its name
-
-
-class NamedSprings:
-    """Names for stiffnesses of springs; those that are alike have one."""
-
-    def __init__(self, taken: set[str]) -> None:
-        self._taken = taken
+    def __init__(self, robot: Robot, taken: Iterable[str]) -> None:
+        self._robot, self._taken, self._parts = robot, {*taken}, [*_parts_of(robot)]
         self._beams: dict[SlenderBeam, _Stiffnesses] = {}
         self._drives: dict[tuple[Any, str], Any] = {}
         self._moduli: dict[tuple[str, _Material], Any] = {}
         self._products: dict[tuple[str, Any], Any] = {}
         self._sets: dict[tuple[Any, ...], _Stiffnesses] = {}
         self._definitions: dict[Any, Definition] = {}
+        beams = [pair for part in self._parts for pair in part.beams]
+        self._name_moduli([beam for _, beam in beams])
+        for name, beam in beams:
+            self._name_products(name, beam)
+        for part, drive in ((x, x.drive) for x in self._parts):
+            if drive is not None:
+                if drive not in self._drives:
+                    k, (stiffness, unit) = f"k_{self._number(('k',))}", drive
+                    self._drives[drive] = self._define(k, exact_number(stiffness), unit)
+                self._of_part(self._drives[drive], part.leg + part.name)
 
-    def put_into(self, robot: Robot, read: Callable[[Any], Any]) -> Robot:
+    def put_into(self, read: Callable[[Any], Any]) -> Robot:
         """The robot with names in place of its springs; compliances are those of what is read."""
         changed: dict[int, Any] = {}
-        for part in _parts_of(robot) if self._definitions else ():
+        for part in self._parts if self._definitions else ():
             new: dict[str, Any] = {}
             elasticity, of_telescope = part.elasticity, getattr(part.own, "beams", ())
             if elasticity is not None and elasticity.beam is not None:
@@ -104,60 +100,53 @@ class NamedSprings:
             if of_telescope:
                 beams = list(of_telescope)
                 for i, x in enumerate(beams):
-                    if (own := self._beams.get(_slender(x))) is not None:
+                    if (stiffnesses := self._beams.get(_slender(x))) is not None:
                         # Products in place of a section, and moduli of 1.
                         plain, section = (
                             Material(x.material.name, 1, 1),
-                            CrossSection(*own.values()),
+                            CrossSection(*stiffnesses.values()),
                         )
                         beams[i] = replace(x, material=plain, section=section)
                 new["beams"] = tuple(beams)
             if part.drive is not None:
                 new["role"] = replace(part.own.role, stiffness=self._drives[part.drive])
             changed[id(part.own)] = replace(part.own, **new) if new else part.own
-        return _replaced(robot, changed) if changed else robot
+        return _replaced(self._robot, changed) if changed else self._robot
 
     @property
     def definitions(self) -> tuple[Definition, ...]:
         """What the names stand for, in the order in which it can be computed."""
         return tuple(self._definitions.values())
 
-    def name_stiffness(self, name: str, stiffness: Any, unit: str) -> None:
-        """A name for the stiffness of a drive."""
-        if (stiffness, unit) not in self._drives:
-            own = f"k_{self._number(('k',))}"
-            self._drives[stiffness, unit] = self._define(own, exact_number(stiffness), unit)
-        self._of_part(self._drives[stiffness, unit], name)
-
-    def name_moduli(self, beams: Iterable[SlenderBeam]) -> None:
+    def _name_moduli(self, beams: Iterable[SlenderBeam]) -> None:
         """Names for the moduli of materials that are numbers beside symbols."""
         needed: dict[_Material, dict[str, Any]] = {}
         for beam in beams:
             E, G = map(exact_number, (beam.E, beam.G))
-            own = needed.setdefault((E, G, beam.material), {})
+            moduli = needed.setdefault((E, G, beam.material), {})
             if not E.free_symbols and any(map(_has_symbols, (beam.A, beam.Iy, beam.Iz))):
-                own["E"] = E
+                moduli["E"] = E
             if not G.free_symbols and _has_symbols(beam.J):
-                own["G"] = G
-        needed = {material: own for material, own in needed.items() if own}
+                moduli["G"] = G
+        needed = {material: moduli for material, moduli in needed.items() if moduli}
         is_one = len(needed) == 1 and not self._taken & {"E", "G"}
-        for material, own in needed.items():
+        for material, moduli in needed.items():
             number = "" if is_one else f"_{self._number(('E', 'G'))}"
-            for letter, value in sorted(own.items()):
+            for letter, value in sorted(moduli.items()):
                 self._moduli[letter, material] = self._define(letter + number, value)
 
-    def name_products(self, name: str, beam: SlenderBeam) -> None:
+    def _name_products(self, name: str, beam: SlenderBeam) -> None:
         """Names for the products of a beam that are no short formulas."""
         E, G, A, Iy, Iz, J = map(exact_number, (beam.E, beam.G, beam.A, beam.Iy, beam.Iz, beam.J))
         is_named = not beam.material.startswith("material")
         words = beam.material if is_named else f"the material of {name}"
 
         def product(letter: str, modulus: Any, section: Any) -> Any:
-            own = self._moduli.get((letter, (E, G, beam.material)))
-            if own is None or not section.free_symbols:
+            name_of_modulus = self._moduli.get((letter, (E, G, beam.material)))
+            if name_of_modulus is None or not section.free_symbols:
                 return modulus * section
-            self._of_part(own, words)
-            return own * section
+            self._of_part(name_of_modulus, words)
+            return name_of_modulus * section
 
         EA, EI_y, EI_z = (product("E", E, x) for x in (A, Iy, Iz))
         written = {"EA": EA, "EI_y": EI_y, "EI_z": EI_z, "GJ": product("G", G, J)}
@@ -166,14 +155,14 @@ class NamedSprings:
             number, named = self._number(_LETTERS), dict[str, Any]()
             for letter, expression in written.items():
                 alike = letter in ("EI_z", "EI_y") and written["EI_y"] == written["EI_z"]
-                own = "EI" if alike else letter
+                kind = "EI" if alike else letter
                 if count_of(expression) <= _SHORT and expression.free_symbols:
                     named[letter] = expression
                     continue
                 # A stiffness that another beam has, too, keeps its name.
-                if (own, expression) not in self._products:
-                    self._products[own, expression] = self._define(f"{own}_{number}", expression)
-                named[letter] = self._products[own, expression]
+                if (kind, expression) not in self._products:
+                    self._products[kind, expression] = self._define(f"{kind}_{number}", expression)
+                named[letter] = self._products[kind, expression]
             self._sets[key] = named
         self._beams[beam] = found = self._sets[key]
         for symbol in found.values():
@@ -186,16 +175,16 @@ class NamedSprings:
 
     def _of_part(self, symbol: Any, name: str) -> None:
         """List a part of which it is a stiffness."""
-        own = self._definitions.get(symbol)
-        if own is not None and name not in own.parts:
-            self._definitions[symbol] = replace(own, parts=(*own.parts, name))
+        definition = self._definitions.get(symbol)
+        if definition is not None and name not in definition.parts:
+            self._definitions[symbol] = replace(definition, parts=(*definition.parts, name))
 
     def _number(self, letters: Iterable[str]) -> int:
         """The first number with which no letter stands for something else."""
         names = ({f"{x}_{number}" for x in letters} for number in count(1))
-        own = next(own for own in names if not own & self._taken)
-        self._taken |= own
-        return int(min(own).rpartition("_")[2])
+        free = next(x for x in names if not x & self._taken)
+        self._taken |= free
+        return int(min(free).rpartition("_")[2])
 
 
 def _has_symbols(value: Any) -> bool:
@@ -228,9 +217,9 @@ class _Part:
             yield self.name, self.elasticity.beam
         each = getattr(self.own, "beams", ())
         for i, beam in enumerate(each, start=1):
-            own = _slender(beam)
-            if own is not None:
-                yield f"{self.name}.beam{i if len(each) > 1 else ''}", own
+            slender = _slender(beam)
+            if slender is not None:
+                yield f"{self.name}.beam{i if len(each) > 1 else ''}", slender
 
     @property
     def drive(self) -> tuple[Any, str] | None:
@@ -247,9 +236,9 @@ def _parts_of(robot: Robot) -> Iterator[_Part]:
     for leg in robot.legs:
         users.setdefault(id(leg.chain), []).append(leg.name)
     chains = {id(leg.chain): leg.chain for leg in robot.legs}
-    for own, names in users.items():
+    for chain, names in users.items():
         alone = len(users) > 1 and len(names) == 1
-        yield from _parts_of_chain(chains[own], "", f"{names[0]}/" if alone else "")
+        yield from _parts_of_chain(chains[chain], "", f"{names[0]}/" if alone else "")
     for part in () if robot.platform is None else robot.platform.parts:
         yield _Part(part, f"platform/{part.name}")
 
@@ -259,8 +248,8 @@ def _parts_of_chain(chain: Chain, prefix: str, leg: str) -> Iterator[_Part]:
     for element in chain.elements:
         name = getattr(element, "name", "")
         if isinstance(element, ParallelBlock):
-            for own in element.branches:
-                yield from _parts_of_chain(own.chain, f"{prefix}{name}/{own.name}/", leg)
+            for branch in element.branches:
+                yield from _parts_of_chain(branch.chain, f"{prefix}{name}/{branch.name}/", leg)
         else:
             freedoms[name] = getattr(element, "freedoms", ())
             yield _Part(element, prefix + name, leg, freedoms[name])
@@ -277,8 +266,8 @@ def _replaced(part: Any, new: dict[int, Any]) -> Any:
             return part if all(a is b for a, b in zip(part, found, strict=True)) else found
         if not is_dataclass(part) or isinstance(part, type):
             return part
-        own = {f.name: getattr(part, f.name) for f in fields(part) if f.init}
-        found = {name: _replaced(x, new) for name, x in own.items()}
-        found = {name: x for name, x in found.items() if x is not own[name]}
+        values = {f.name: getattr(part, f.name) for f in fields(part) if f.init}
+        found = {name: _replaced(x, new) for name, x in values.items()}
+        found = {name: x for name, x in found.items() if x is not values[name]}
         new[id(part)] = replace(part, **found) if found else part
     return new[id(part)]

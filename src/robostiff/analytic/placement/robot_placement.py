@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from robostiff.analytic.exact.definition import Definition, in_given_symbols
 from robostiff.analytic.placement.closed_posture import AROUND, Following, Sample, leg_coordinates
-from robostiff.analytic.placement.named_springs import named_springs, with_samples
+from robostiff.analytic.placement.named_springs import NamedSprings, with_samples
 from robostiff.analytic.placement.robot_pose import (
     ABOUT_WORLD_AXES,
     AtHome,
@@ -57,7 +57,8 @@ class PlacedRobot:
     closed: dict[int, np.ndarray]  # by leg number: coordinates of the legs that close by iteration
     record: Record
     symbols: dict[str, sp.Symbol]  # by name: one for each input of the record
-    springs: tuple[Definition, ...]  # what those of them stand for that are no given symbols
+    # what those of them stand for that are no given symbols, and other names
+    springs: tuple[Definition, ...]
     platform: FormulaPose
     # a leg by its number; not placed before it is needed
     place: Callable[[int], PlacedFormula]
@@ -86,6 +87,12 @@ class PlacedRobot:
                 words = "place of the platform's origin [m]"
             found |= {symbol.name: words for symbol in value.free_symbols}
         return found | self.follows.meanings(self.solvers) | dict(self.robot.meanings)
+
+    def knowing(self, definitions: Sequence[Definition]) -> PlacedRobot:
+        """The same with names that formulas have, so that each formula gets one."""
+        own = {d.symbol for d in self.springs}
+        others = (d for d in definitions if d.symbol not in own)
+        return replace(self, springs=(*self.springs, *others))
 
     @cached_property
     def written_out(self) -> dict[str, Any]:
@@ -136,13 +143,13 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
     if given is not None and not robot.is_posed_by_joints and not follows.pose:
         _check_reach(robot, finder, given, rotation)
-    names = named_springs(robot, symbols) if symbols else None
+    names = NamedSprings(robot, symbols) if symbols else None
     springs = () if names is None else names.definitions
     samples = _samples(symbols, given, robot, finder, follows, rotation)
     record = Record(with_samples(springs, samples, symbols))
     read = entry_reader(record, exact=True)
     exact = cache(exact_number)  # most numbers are 0 or 1
-    named = robot if names is None else names.put_into(robot, read)
+    named = robot if names is None else names.put_into(read)
     entries = with_entries(named, lambda x: x if isinstance(x, Entry) else read(exact(x)))
     coordinates = None
     if given is not None:
@@ -207,8 +214,6 @@ def _check_reach(
     robot: Robot, finder: PostureFinder, given: Mapping[str, Any], rotation: PoseRotation
 ) -> None:
     """Raise when the legs reach no pose at the nominal dimensions, symbols drawn near home."""
-    for leg, solver in zip(robot.legs, finder.solvers, strict=True):
-        _check_closed_form(leg, solver)
     values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in given.items()}
     near = near_home(values, finder, rotation)
     random = np.random.default_rng(_SEED)
@@ -316,11 +321,6 @@ def _samples(
     Where coordinates follow from the legs, all values are those of closed postures.
     """
     if follows.any:
-        if not robot.symbols and not follows.pose and not follows.at_joints:
-            home: dict[str, float] = {}
-            for i, names in follows.legs.items():
-                home.update(zip(names, map(float, finder.solvers[i].home), strict=True))
-            return {name: np.full(_SAMPLES, home[name]) for name in symbols}
         closed: list[Sample] = follows.samples(_SAMPLES, _SEED, _SPREAD)
         found = [{**sample.values, **sample.coordinates} for sample in closed]
         return {name: np.array([values[name] for values in found]) for name in symbols}

@@ -2,7 +2,8 @@
 
 K = W diag(1/c) W^T loses rank where the wrenches W do, or where a spring in c has no stiffness.
 By Cauchy and Binet all minors of K of its rank are sums of minors of W, of which the common factors
-are sought. Lengths and other roots stay names, so that all is a polynomial.
+are sought. Lengths and other roots stay names, so that all is a polynomial. Factors that vanish
+nowhere, or only where others do, are seen at samples.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import Any
 
@@ -19,7 +22,13 @@ import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.derivation import Derivation, RobotDerivation
-from robostiff.analytic.exact.definition import in_given_symbols, used_definitions
+from robostiff.analytic.exact.definition import (
+    Condition,
+    count_of,
+    in_given_symbols,
+    used_definitions,
+)
+from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.factors import (
     bound_of_terms,
     common_denominator,
@@ -30,6 +39,7 @@ from robostiff.analytic.exact.factors import (
     without_sign,
 )
 from robostiff.analytic.exact.field import ExactField
+from robostiff.analytic.placement.robot_pose import exact_angle
 from robostiff.spatial import Space
 
 _LONGEST = (2000, 20, 3)  # terms of a step that is written out; fewer where minors are too long
@@ -212,11 +222,7 @@ def decoupling_in_steps(derivation: Derivation) -> tuple[sp.Expr, ...]:
     FormulaTooLargeError
         When entries are too long to be written out.
     """
-    entries = coupling_of(derivation.K)
-    if not any(entries):
-        return (sp.Integer(0),)
-    full: dict[Any, Any] = {}
-    most = _LONGEST[0]
+    entries, full, most = coupling_of(derivation.K), dict[Any, Any](), _LONGEST[0]
     for d in used_definitions(derivation.definitions, entries):
         full[d.symbol] = d.expression.xreplace(full)
         if bound_of_terms(full[d.symbol], most) > most:
@@ -264,3 +270,162 @@ def _orders(field: ExactField, polynomial: Any) -> Counter[Any]:
             number, zeros = number / 2, _irreducible(written.base)
         found.update({zero: number * n for zero, n in zeros.items() if zero.free_symbols})
     return found
+
+
+_SAMPLES = 4000
+_FEWEST = 100  # samples at which the conditions hold, for an answer by signs
+_STARTS = 4
+_STEPS = 100
+_BESIDE = 1e-4  # from a point, to see a slope
+# Of Newton's step: a zero without a change of sign is double.
+_SHARES = 2.0 ** np.arange(1, -9, -1)
+_ROUNDING = 1e-13  # of the sum of the sizes of its terms
+_ZERO = 1e-10
+_ALIKE = 1e-2  # the same of another factor at such a zero, of high order
+_NEAR = 0.1  # a symbol there, of the largest
+#: Operations beyond which a factor is long.
+LONG = 60
+_SEED_OF_SAMPLES = 29
+
+
+def power_of_a_cosine(factor: Any) -> tuple[Any, int] | None:
+    """A cosine, and its power, that a sum in sines and cosines of one angle is a number times.
+
+    Examples
+    --------
+    >>> x = sp.Symbol("x")
+    >>> power_of_a_cosine(1 + sp.cos(x)), power_of_a_cosine(sp.sin(x) + sp.cos(x))
+    ((cos(x/2), 2), (sin(x + pi/4), 1))
+    """
+    turns = factor.atoms(sp.sin, sp.cos)
+    angles = set().union(*(x.free_symbols for x in turns))
+    if not factor.is_Add or factor.free_symbols != angles or len(angles) != 1:
+        return None
+    (x,) = angles
+    at = np.linspace(0, 4 * np.pi, _TURNS, endpoint=False)  # of halves of the angle
+    values = np.broadcast_to(values_of([factor], {x: at})[0], at.shape)
+    waves = np.fft.fft(values)[: _TURNS // 2]
+    top = int(np.flatnonzero(np.abs(waves) > _SAME * np.abs(waves).max())[-1])
+    for power in (n for n in range(1, top + 1) if top % n == 0):
+        for k in range(power):
+            phase = (np.angle(waves[top]) + 2 * np.pi * k) / power
+            wave = np.cos(top / power * at / 2 + phase) ** power
+            number = values @ wave / (wave @ wave)
+            if np.max(np.abs(values - number * wave)) <= _SAME * np.max(np.abs(values)):
+                found = sp.cos(sp.Rational(top, 2 * power) * x + exact_angle(float(phase)))
+                return (-found if found.could_extract_minus_sign() else found), power
+    return None
+
+
+_TURNS = 256
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Random values of symbols, of their signs or of either, at which conditions hold."""
+
+    symbols: tuple[sp.Symbol, ...]
+    conditions: tuple[Condition, ...] = ()
+    signed: bool = False  # whether positive symbols have positive values only
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """Values (m, symbols) between 0.1 and 3 in size, spread evenly by their logarithms."""
+        random = np.random.default_rng(_SEED_OF_SAMPLES)
+        shape = _SAMPLES, len(self.symbols)
+        values = np.exp(random.uniform(np.log(0.1), np.log(3.0), shape))
+        if self.symbols:
+            signs = random.choice([-1.0, 1.0], shape)
+            values *= np.where(
+                [self.signed and bool(x.is_positive) for x in self.symbols], 1, signs
+            )
+        for condition in self.conditions:
+            known = dict(zip(self.symbols, values.T, strict=True))
+            values = values[values_of([condition.expression], known)[0] > 0]
+        return values
+
+    def relative(self, factor: Any) -> Callable[[np.ndarray], np.ndarray]:
+        """Values of a sum by the sizes of its terms, as a function of values (..., symbols)."""
+        polynomial = sp.Poly(factor)
+        powers, numbers = zip(*polynomial.terms(), strict=True)
+        coefficients = np.array(numbers, dtype=float)
+        each = [np.array(n) for n in zip(*powers, strict=True)]
+
+        def ratio(at: np.ndarray) -> np.ndarray:
+            known = dict(zip(self.symbols, np.moveaxis(at, -1, 0), strict=True))
+            total: Any = coefficients
+            for x, n in zip(values_of(polynomial.gens, known), each, strict=True):
+                total = total * (np.asarray(x)[..., None] ** np.arange(max(n) + 1))[..., n]
+            sizes = np.sum(np.abs(total), axis=-1)
+            return np.sum(total, axis=-1) / np.where(sizes > 0, sizes, 1)
+
+        return ratio
+
+    def zeros(self, factor: Any) -> np.ndarray | None:
+        """Points (m, symbols) at which a factor is zero and changes no sign; None if it does.
+
+        Empty for one that is not zero anywhere.
+        """
+        relative = self.relative(factor)
+        values = relative(self.values)
+        if len(values) < _FEWEST or max(values) > _ROUNDING < -min(values):
+            return None
+        at = self.values[np.argsort(np.abs(values))[:_STARTS]]
+        size, n = np.abs(relative(at)), len(self.symbols)
+        for _ in range(_STEPS):
+            beside = at[:, None] + _BESIDE * np.stack([np.eye(n), -np.eye(n)])[:, None]
+            up, down = np.abs(relative(beside))
+            slope = (up - down) / (2 * _BESIDE)
+            with np.errstate(all="ignore"):
+                full = np.nan_to_num(slope * (size / np.sum(slope**2, axis=1))[:, None])
+            ways = at - _SHARES[:, None, None] * full
+            each = np.abs(relative(ways))
+            best = np.argmin(each, axis=0), np.arange(len(at))
+            is_less = each[best] < size
+            if not np.any(is_less):
+                break
+            at, size = (
+                np.where(is_less[:, None], ways[best], at),
+                np.where(is_less, each[best], size),
+            )
+        positive = [i for i, s in enumerate(self.symbols) if self.signed and s.is_positive]
+        return at[(size < _ZERO) & np.all(at[:, positive] > 0, axis=1)]
+
+    def are_zeros(self, factors: Sequence[Any], at: np.ndarray) -> bool:
+        """Whether one of the factors is nearly zero at a point."""
+        small = {s for s, x in zip(self.symbols, at, strict=True) if abs(x) < _NEAR * abs(at).max()}
+        return any(
+            x in small if x.is_Symbol else abs(self.relative(x)(at)) < _ALIKE for x in factors
+        )
+
+
+def independent_zeros(factors: Sequence[Any]) -> tuple[Any, ...]:
+    """Factors without those that are zero nowhere, or only where shorter ones are.
+
+    Sines and cosines have a relation, so that a factor may be a multiple of another by a sum of
+    squares without being divisible by it. A factor that changes its sign is kept; a long one where
+    it does so for symbols of their signs.
+
+    Examples
+    --------
+    >>> x, y = sp.symbols("x y")
+    >>> independent_zeros([x**2 + 3, x**2 - 2 * x * y + y**2, x - y, x])
+    (x - y, x)
+    """
+    symbols = tuple(sorted(set().union(*(x.free_symbols for x in factors)), key=str))
+    kept: list[Any] = []
+    for factor in sorted(factors, key=count_of):
+        samples = Samples(symbols, signed=count_of(factor) > LONG)
+        points = None if factor.is_Symbol else samples.zeros(factor)
+        if points is None or any(not samples.are_zeros(kept, at) for at in points):
+            kept.append(factor)
+    return tuple(x for x in factors if x in kept)
+
+
+def may_vanish(factor: Any, conditions: Sequence[Condition]) -> bool:
+    """Whether a factor is zero for symbols of their signs where conditions hold, or beside it."""
+    symbols = factor.free_symbols.union(*(c.expression.free_symbols for c in conditions))
+    samples = Samples(tuple(sorted(symbols, key=str)), tuple(conditions), signed=True)
+    points = samples.zeros(factor)
+    return points is None or len(points) > 0

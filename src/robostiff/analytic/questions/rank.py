@@ -1,11 +1,11 @@
-"""Rank of a formula, and the conditions under which it drops."""
+"""Rank of a formula and where it drops, free motions, fixed points, decoupling."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property
 from itertools import combinations
 from typing import Any
 
@@ -13,14 +13,26 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.budget import BUDGET, FormulaTooLargeError, OutOfTimeError, within
-from robostiff.analytic.derivation import Derivation
-from robostiff.analytic.exact.definition import Condition, Definition, count_of
-from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.factors import determinant, echelon, shared_factors
+from robostiff.analytic.derivation import Derivation, RobotDerivation
+from robostiff.analytic.exact.definition import count_of
+from robostiff.analytic.exact.factors import determinant, echelon, null_space, shared_factors
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.placement.robot_pose import exact_angle
-from robostiff.analytic.questions.loci import rank_in_numbers, rank_locus, written_steps
+from robostiff.analytic.questions.loci import (
+    LONG,
+    coupling_of,
+    decoupling_in_names,
+    decoupling_in_steps,
+    independent_zeros,
+    may_vanish,
+    of_legs,
+    power_of_a_cosine,
+    rank_in_numbers,
+    rank_locus,
+    shared_zeros,
+    written_steps,
+)
 from robostiff.errors import InputError
+from robostiff.spatial import Space, skew
 
 #: Seconds for an answer in steps.
 SHORT = 5.0
@@ -58,8 +70,8 @@ class RankFormula:
     def of(cls, K: Any, rank: int, powers: Mapping[Any, int], remark: str = "") -> RankFormula:
         """Of a matrix or derivation; `powers`: the factors with their exponents in the minors."""
         powers = dict(powers)
-        for factor in [x for x in powers if count_of(x) <= _LONG]:
-            if (short := _power_of_a_cosine(factor)) is not None:
+        for factor in [x for x in powers if count_of(x) <= LONG]:
+            if (short := power_of_a_cosine(factor)) is not None:
                 powers[short[0]] = short[1] * powers.pop(factor)
         kept = independent_zeros(sorted(powers, key=sp.default_sort_key))
         long = [x for x in kept if count_of(x) > _LONGEST]
@@ -122,40 +134,6 @@ def needs_closed_form(derivation: Derivation, question: str) -> InputError:
         + "; compliance_steps(...) has it in steps"
         * (question == "compliance"),
     )
-
-
-def matrix_by_entries(
-    K: sp.ImmutableMatrix,
-    definitions: Sequence[Definition] = (),
-    letter: str = "K",
-    short: int = -1,
-) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
-    """K with a name for each different entry that is no symbol or number, and what these stand for.
-
-    Zeros, equal entries and those that differ by a sign are what questions about it can use. Those
-    of at most `short` operations have no name either.
-    """
-    taken = {s.name for s in K.free_symbols}
-    for d in definitions:
-        taken |= {str(s) for s in (d.symbol, *d.expression.free_symbols)}
-    known: dict[Any, Any] = {}
-    entries = list(definitions)
-    for i in range(K.rows):
-        for j in range(i, K.cols):
-            entry: Any = K[i, j]
-            if entry in known:
-                continue
-            known[entry] = entry
-            is_plain = entry.is_Symbol or (-entry).is_Symbol or entry.is_Integer
-            if not (is_plain or count_of(entry) <= short):
-                name = f"{letter}{i + 1}{j + 1}"
-                while name in taken:
-                    name += "'"
-                known[entry] = sp.Symbol(name, real=True)
-                entries.append(Definition(known[entry], entry))
-            known.setdefault(-entry, -known[entry])
-    M = sp.ImmutableMatrix(K.rows, K.cols, lambda i, j: known[K[min(i, j), max(i, j)]])
-    return M, tuple(entries)
 
 
 def rank_by_legs(K: Any) -> int | None:
@@ -236,159 +214,126 @@ def _rank(K: Any) -> tuple[int, dict[Any, int]]:
     return rank, shared_factors(field, (field.zeros(minor) for minor in each if not minor.is_zero))
 
 
-_SAMPLES = 4000
-_FEWEST = 100  # samples at which the conditions hold, for an answer by signs
-_STARTS = 4
-_STEPS = 100
-_BESIDE = 1e-4  # from a point, to see a slope
-# Of Newton's step: a zero without a change of sign is double.
-_SHARES = 2.0 ** np.arange(1, -9, -1)
-_ROUNDING = 1e-13  # of the sum of the sizes of its terms
-_ZERO = 1e-10
-_ALIKE = 1e-2  # the same of another factor at such a zero, of high order
-_NEAR = 0.1  # a symbol there, of the largest
-_LONG = 60  # operations
-_SEED = 29
+def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
+    """Free motions as formulas: a basis of the null space in echelon form.
 
+    Its denominators say where the basis changes its kind: a rotation about an apex at the height
+    h r / (R - r) becomes a translation where R = r.
 
-def _power_of_a_cosine(factor: Any) -> tuple[Any, int] | None:
-    """A cosine, and its power, that a sum in sines and cosines of one angle is a number times.
+    Parameters
+    ----------
+    K : (n, n) matrix of SymPy expressions, or Derivation
+        In steps, the motions are in given symbols and in names of its steps.
+
+    Returns
+    -------
+    tuple of (n, 1) matrices
+        Each with a 1 in a coordinate of its own, rotations first where there is a choice.
 
     Examples
     --------
-    >>> x = sp.Symbol("x")
-    >>> _power_of_a_cosine(1 + sp.cos(x)), _power_of_a_cosine(sp.sin(x) + sp.cos(x))
-    ((cos(x/2), 2), (sin(x + pi/4), 1))
+    >>> k, d = sp.symbols("k d")
+    >>> K = k * sp.Matrix([[1, 0, d], [0, 1, 0], [d, 0, d**2]])
+    >>> free_motion_formulas(K)[0].T
+    Matrix([[-d, 0, 1]])
     """
-    turns = factor.atoms(sp.sin, sp.cos)
-    angles = set().union(*(x.free_symbols for x in turns))
-    if not factor.is_Add or factor.free_symbols != angles or len(angles) != 1:
+    if (rank := rank_by_legs(K)) is not None:
+        return () if rank == of_legs(K).K.rows else _free_motions_in_steps(K, rank)
+    matrix = closed_matrix(K, "free motions")
+    try:
+        return _null_space(matrix)
+    except FormulaTooLargeError as error:
+        with suppress(InputError):  # of its wrenches, without compliances
+            if (rank := getattr(K, "general_rank", None)) is not None:
+                return _free_motions_in_steps(K, rank)
+        raise error from None
+
+
+def _free_motions_in_steps(derivation: Any, rank: int) -> tuple[sp.ImmutableMatrix, ...]:
+    """Motions against which no wrench of a leg does work."""
+    form = of_legs(derivation)
+    written = written_steps(derivation, *[math.inf] * (form is not derivation))
+    W = sp.Matrix([list(written(w)) for leg in form.legs for w in leg.wrenches])
+    try:
+        found = within(SHORT, lambda: _null_space(W), "free motions")
+    except FormulaTooLargeError:
+        found = ()
+    if len(found) != form.K.rows - rank:
+        raise needs_closed_form(derivation, "free motions")
+    return found
+
+
+def _null_space(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
+    field = ExactField(list(K))
+    rows = [[field.element(entry) for entry in K.row(i)] for i in range(K.rows)]
+    return tuple(
+        sp.ImmutableMatrix([field.expression(element) for element in motion])
+        for motion in null_space(field, rows, K.cols)
+    )
+
+
+def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
+    """The one point of the platform that no free motion moves, such as an apex of all legs.
+
+    A free motion (v, w) moves the point p by v + w x p.
+
+    Parameters
+    ----------
+    K : (n, n) matrix of SymPy expressions, or Derivation in closed form
+
+    Returns
+    -------
+    (3, 1) matrix, or (2, 1) for a planar robot, or None
+        From the reference point [m]; None where there is no such point, or more than one.
+
+    Examples
+    --------
+    >>> k, d = sp.symbols("k d")
+    >>> K = k * sp.Matrix([[1, 0, d], [0, 1, 0], [d, 0, d**2]])
+    >>> fixed_point_formula(K).T
+    Matrix([[0, -d]])
+    """
+    motions = free_motion_formulas(K)
+    if not motions:
         return None
-    (x,) = angles
-    at = np.linspace(0, 4 * np.pi, _TURNS, endpoint=False)  # of halves of the angle
-    values = np.broadcast_to(values_of([factor], {x: at})[0], at.shape)
-    waves = np.fft.fft(values)[: _TURNS // 2]
-    top = int(np.flatnonzero(np.abs(waves) > _SAME * np.abs(waves).max())[-1])
-    for power in (n for n in range(1, top + 1) if top % n == 0):
-        for k in range(power):
-            phase = (np.angle(waves[top]) + 2 * np.pi * k) / power
-            wave = np.cos(top / power * at / 2 + phase) ** power
-            number = values @ wave / (wave @ wave)
-            if np.max(np.abs(values - number * wave)) <= _SAME * np.max(np.abs(values)):
-                found = sp.cos(sp.Rational(top, 2 * power) * x + exact_angle(float(phase)))
-                return (-found if found.could_extract_minus_sign() else found), power
-    return None
+    space = Space.of_size(motions[0].rows)
+    t = space.translations
+    equations = []
+    for motion in motions:
+        twist = np.zeros(6, dtype=object)
+        twist[list(space.rows)] = motion.flat()
+        equations += [[*skew(twist[3:])[i, :t], twist[i]] for i in range(t)]
+    field = ExactField(entry for equation in equations for entry in equation)
+    rows = [[field.element(entry) for entry in equation] for equation in equations]
+    points = null_space(field, rows, t + 1)
+    if len(points) != 1 or points[0][t].is_zero:
+        return None
+    return sp.ImmutableMatrix([field.expression(entry / points[0][t]) for entry in points[0][:t]])
 
 
-_TURNS = 256
-_SAME = 1e-9
+def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
+    """Irreducible factors that all entries between translations and rotations share.
 
+    Where one of them is zero, forces only translate the platform and moments only turn it. An
+    empty tuple: no single condition decouples; ``(0,)``: they are decoupled as they are. Named
+    steps are written out.
 
-@dataclass(frozen=True)
-class Samples:
-    """Random values of symbols, of their signs or of either, at which conditions hold."""
-
-    symbols: tuple[sp.Symbol, ...]
-    conditions: tuple[Condition, ...] = ()
-    signed: bool = False  # whether positive symbols have positive values only
-
-    @cached_property
-    def values(self) -> np.ndarray:
-        """Values (m, symbols) between 0.1 and 3 in size, spread evenly by their logarithms."""
-        random = np.random.default_rng(_SEED)
-        shape = _SAMPLES, len(self.symbols)
-        values = np.exp(random.uniform(np.log(0.1), np.log(3.0), shape))
-        if self.symbols:
-            signs = random.choice([-1.0, 1.0], shape)
-            values *= np.where(
-                [self.signed and bool(x.is_positive) for x in self.symbols], 1, signs
-            )
-        for condition in self.conditions:
-            known = dict(zip(self.symbols, values.T, strict=True))
-            values = values[values_of([condition.expression], known)[0] > 0]
-        return values
-
-    def relative(self, factor: Any) -> Callable[[np.ndarray], np.ndarray]:
-        """Values of a sum by the sizes of its terms, as a function of values (..., symbols)."""
-        polynomial = sp.Poly(factor)
-        powers, numbers = zip(*polynomial.terms(), strict=True)
-        coefficients = np.array(numbers, dtype=float)
-        each = [np.array(n) for n in zip(*powers, strict=True)]
-
-        def ratio(at: np.ndarray) -> np.ndarray:
-            known = dict(zip(self.symbols, np.moveaxis(at, -1, 0), strict=True))
-            total: Any = coefficients
-            for x, n in zip(values_of(polynomial.gens, known), each, strict=True):
-                total = total * (np.asarray(x)[..., None] ** np.arange(max(n) + 1))[..., n]
-            sizes = np.sum(np.abs(total), axis=-1)
-            return np.sum(total, axis=-1) / np.where(sizes > 0, sizes, 1)
-
-        return ratio
-
-    def zeros(self, factor: Any) -> np.ndarray | None:
-        """Points (m, symbols) at which a factor is zero and changes no sign; None if it does.
-
-        Empty for one that is not zero anywhere.
-        """
-        relative = self.relative(factor)
-        values = relative(self.values)
-        if len(values) < _FEWEST or max(values) > _ROUNDING < -min(values):
-            return None
-        at = self.values[np.argsort(np.abs(values))[:_STARTS]]
-        size, n = np.abs(relative(at)), len(self.symbols)
-        for _ in range(_STEPS):
-            beside = at[:, None] + _BESIDE * np.stack([np.eye(n), -np.eye(n)])[:, None]
-            up, down = np.abs(relative(beside))
-            slope = (up - down) / (2 * _BESIDE)
-            with np.errstate(all="ignore"):
-                full = np.nan_to_num(slope * (size / np.sum(slope**2, axis=1))[:, None])
-            ways = at - _SHARES[:, None, None] * full
-            each = np.abs(relative(ways))
-            best = np.argmin(each, axis=0), np.arange(len(at))
-            is_less = each[best] < size
-            if not np.any(is_less):
-                break
-            at, size = (
-                np.where(is_less[:, None], ways[best], at),
-                np.where(is_less, each[best], size),
-            )
-        positive = [i for i, s in enumerate(self.symbols) if self.signed and s.is_positive]
-        return at[(size < _ZERO) & np.all(at[:, positive] > 0, axis=1)]
-
-    def are_zeros(self, factors: Sequence[Any], at: np.ndarray) -> bool:
-        """Whether one of the factors is nearly zero at a point."""
-        small = {s for s, x in zip(self.symbols, at, strict=True) if abs(x) < _NEAR * abs(at).max()}
-        return any(
-            x in small if x.is_Symbol else abs(self.relative(x)(at)) < _ALIKE for x in factors
-        )
-
-
-def independent_zeros(factors: Sequence[Any]) -> tuple[Any, ...]:
-    """Factors without those that are zero nowhere, or only where shorter ones are.
-
-    Sines and cosines have a relation, so that a factor may be a multiple of another by a sum of
-    squares without being divisible by it. A factor that changes its sign is kept; a long one where
-    it does so for symbols of their signs.
+    Raises
+    ------
+    InputError
+        For steps that are too long to be written out.
 
     Examples
     --------
-    >>> x, y = sp.symbols("x y")
-    >>> independent_zeros([x**2 + 3, x**2 - 2 * x * y + y**2, x - y, x])
-    (x - y, x)
+    >>> k, R, r = sp.symbols("k R r")
+    >>> decoupling_conditions(sp.Matrix([[k, 0, k * (R - r)], [0, k, 0], [k * (R - r), 0, k]]))
+    (k, R - r)
     """
-    symbols = tuple(sorted(set().union(*(x.free_symbols for x in factors)), key=str))
-    kept: list[Any] = []
-    for factor in sorted(factors, key=count_of):
-        samples = Samples(symbols, signed=count_of(factor) > _LONG)
-        points = None if factor.is_Symbol else samples.zeros(factor)
-        if points is None or any(not samples.are_zeros(kept, at) for at in points):
-            kept.append(factor)
-    return tuple(x for x in factors if x in kept)
-
-
-def may_vanish(factor: Any, conditions: Sequence[Condition]) -> bool:
-    """Whether a factor is zero for symbols of their signs where conditions hold, or beside it."""
-    symbols = factor.free_symbols.union(*(c.expression.free_symbols for c in conditions))
-    samples = Samples(tuple(sorted(symbols, key=str)), tuple(conditions), signed=True)
-    points = samples.zeros(factor)
-    return points is None or len(points) > 0
+    if isinstance(K, Derivation) and not K.is_closed:
+        try:
+            return within(SHORT, lambda: decoupling_in_steps(K), "decoupling")
+        except FormulaTooLargeError:
+            raise needs_closed_form(K, "decoupling") from None
+    if isinstance(K, RobotDerivation) and K.named is not None:
+        return decoupling_in_names(K)
+    return shared_zeros(coupling_of(closed_matrix(K, "decoupling")))

@@ -100,16 +100,16 @@ class CombinationNames:
         by_squares = sp.Add(*parts, self._plain(rest))
         # The remainder after multiples of named polynomials are taken out, one after the other
         rest, parts = polynomial, []
-        for (base, own), power in product(self._named, (2, 1)):
+        for (base, written), power in product(self._named, (2, 1)):
             if base.total_degree() * power > polynomial.total_degree():
                 continue
             known, counts = base**power, dict(rest.terms())
             leading, coefficient = next(iter(known.terms()))
             if leading in counts:
                 number = counts[leading] / coefficient
-                left = rest - known * number
-                if len(left) + 1 < len(rest):
-                    rest, parts = left, [*parts, rational(number) * own**power]
+                remainder = rest - known * number
+                if len(remainder) + 1 < len(rest):
+                    rest, parts = remainder, [*parts, rational(number) * written**power]
         by_names = sp.Add(*parts, self._plain(rest))
         # Squares first: of two of equal length, (x + y)**2 is easier to read than L_a**2 + 4*x*y.
         return min(by_squares, by_names, key=count_of)
@@ -229,8 +229,8 @@ def _recurring(field: ExactField, products: list[list[Product]], K: Any) -> list
 
     for i in range(K.rows):
         for j in range(i if is_symmetric else 0, K.cols):
-            own = products[i * K.cols + j]
-            bases = {str(b): b for product in own for b, _ in product.powers}
+            entry = products[i * K.cols + j]
+            bases = {str(b): b for product in entry for b, _ in product.powers}
             for base in bases.values():
                 if len(base) > 1:
                     occurs(base)

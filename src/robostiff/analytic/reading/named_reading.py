@@ -63,7 +63,7 @@ class NamedReading:
         self.record = record
         self.definitions: list[Definition] = list(springs)
         self._closed = ClosedReading(record, dict(symbols))
-        self._taken = set(symbols)
+        self._taken = {*symbols, *(d.symbol.name for d in self.definitions)}
         self._raw: dict[int, Any] = {}
         self._fractions: dict[Any, Any] = {}
         self._operations = 0
@@ -160,15 +160,15 @@ class NamedReading:
 
     def without_shifts(self, expression: Any, letters: tuple[str, ...] = ("e_",)) -> Any:
         """An expression without names that begin with some letters."""
-        own = (d for d in self.definitions if d.symbol.name.startswith(letters) and not d.parts)
-        return expression.xreplace(in_given_symbols(own))
+        names = (d for d in self.definitions if d.symbol.name.startswith(letters) and not d.parts)
+        return expression.xreplace(in_given_symbols(names))
 
     def entry(self, letter: str, expression: Any, sample: Any) -> Any:
         """An expression in names as an entry: a new input with a name where it is long."""
         if expression.is_number:
             return expression
-        own = {self._closed.symbols[name] for name in self.record.inputs}
-        if expression.free_symbols <= own and count_of(expression) <= _INLINE:
+        inputs = {self._closed.symbols[name] for name in self.record.inputs}
+        if expression.free_symbols <= inputs and count_of(expression) <= _INLINE:
             return entry_reader(self.record, exact=True)(expression)
         symbol = self.define(letter, expression)
         self._closed.symbols[symbol.name] = symbol
@@ -180,7 +180,8 @@ class NamedReading:
             if known.expression == expression and known.symbol.name.startswith(f"{letter}_"):
                 return known.symbol
         assumed = {"positive": True} if letter in _POSITIVE else {"real": True}
-        symbol = sp.Symbol(next(free_names(letter, self._taken)), **assumed)
+        taken = self._taken.union(self.record.names.values())
+        symbol = sp.Symbol(next(free_names(letter, taken)), **assumed)
         self._taken.add(symbol.name)
         self.definitions.append(Definition(symbol, expression))
         return symbol
@@ -236,7 +237,7 @@ class NamedReading:
     def _root(self, radicand: Any) -> Any:
         """A square root: what is a square comes out, the rest has a name."""
         factors = cast("tuple[Any, ...]", sp.Mul.make_args(radicand))
-        sums, others = ([x for x in factors if x.is_Add is own] for own in (True, False))
+        sums, others = ([x for x in factors if x.is_Add is is_sum] for is_sum in (True, False))
         if sums and all(x.is_Rational or x.as_base_exp()[0].is_positive for x in others):
             # Of sums, SymPy would look for the sign.
             number = sp.Mul(*others)
@@ -316,9 +317,9 @@ def _in_squares(radicand: Any) -> Any:
         field = ExactField([plain])
         num = field.element(plain).num
         parts = by_powers(num, [field.generators.index(name) for name in names.values()])
-        factors = {own: map(sp.Pow, turning, own) for own in parts}
+        factors = {powers: map(sp.Pow, turning, powers) for powers in parts}
         found += [
-            sp.Add(*(sp.Mul(factored(field, x), *factors[own]) for own, x in parts.items())),
+            sp.Add(*(sp.Mul(factored(field, x), *factors[powers]) for powers, x in parts.items())),
             by_angles,
         ]
     # A product under a root is one of roots.

@@ -157,18 +157,18 @@ class StepReading:
                     expression = min(expression, number / other * symbol, key=count_of)
             is_minus = is_shorter_negated(expression)
             # A negative sum is used with its sign, and so is a product without a name.
-            own = None if is_minus and expression.is_Add else record.names.get(step)
+            given_name = None if is_minus and expression.is_Add else record.names.get(step)
             name = None
-            if own is not None:  # without blanks and the like, given once
-                name = re.sub(r"\W", "_", own)
-                while name in given or (name != own and name in taken):
+            if given_name is not None:  # without blanks and the like, given once
+                name = re.sub(r"\W", "_", given_name)
+                while name in given or (name != given_name and name in taken):
                     name += "_"
                 given.add(name)
             if name is None and uses[step] > 1 and not _is_trivial(expression):
                 name = next(free)
             if name is not None and not _is_trivial(expression):
                 symbol = sp.Symbol(name, real=True)
-                is_minus = is_minus and own is None
+                is_minus = is_minus and given_name is None
                 definitions.append(Definition(symbol, -expression if is_minus else expression))
                 expression = -symbol if is_minus else symbol
                 number, rest = _number_and_rest(definitions[-1].expression)
@@ -228,16 +228,16 @@ class StepReading:
         first: dict[tuple[str, ...], tuple[int, int]] = {}
         others: dict[int | None, Same] = {}
         for step in sorted(self._same):
-            own, at, operation = self._same[step], record.sample(step), record.operations[step][0]
+            same, at, operation = self._same[step], record.sample(step), record.operations[step][0]
             if operation in (Operation.ADD, Operation.SUBTRACT):
                 size = max(np.min(np.abs(record.sample(a))) for a in record.arguments(step))
                 if size > 0 and np.max(np.abs(at)) <= _CLOSED * size:
                     others[step] = self._same[step] = Same(None, sp.Integer(0))
                     continue
-            if own.step in others:
-                other = others[own.step]
-                self._same[step] = Same(other.step, other.factor * own.factor)
-            elif own.step == step:
+            if same.step in others:
+                other = others[same.step]
+                self._same[step] = Same(other.step, other.factor * same.factor)
+            elif same.step == step:
                 sign = 1 if at[0] > 0 else -1
                 digits = tuple(f"{x:.9e}" for x in sign * at)
                 known, other_sign = first.setdefault(digits, (step, sign))
@@ -258,8 +258,8 @@ class StepReading:
                 name = record.names.get(step)
                 if found is None or (name is not None and found[1] < 0):
                     continue
-                for own in record.needed([found[0]]):
-                    self._same.setdefault(own, Same(own, sp.Integer(1)))
+                for argument in record.needed([found[0]]):
+                    self._same.setdefault(argument, Same(argument, sp.Integer(1)))
                 if name is not None:
                     record.names.setdefault(found[0], name)
                 self._same[step] = replaced[step] = Same(found[0], sp.Integer(found[1]))
@@ -330,12 +330,12 @@ class _Products:
         """The product that a step is, and its sign."""
         if self.points.count < 2 or not len(self.steps):
             return None
-        own = self.record.sample(step)
+        sample = self.record.sample(step)
         sizes = np.abs(self.values[:, 0])
-        wanted = np.abs(own[0]) / sizes
+        wanted = np.abs(sample[0]) / sizes
         places = np.minimum(np.searchsorted(sizes, wanted * (1 - _SAME)), len(sizes) - 1)
         for i in np.nonzero(np.abs(sizes[places] - wanted) <= _SAME * wanted)[0]:
-            j, ratio = places[i], own / self.values[i]
+            j, ratio = places[i], sample / self.values[i]
             for sign in (1, -1):
                 off = np.abs(ratio - sign * self.values[j])
                 if np.all(off <= _SAME * np.abs(self.values[j])):
@@ -365,5 +365,5 @@ def _is_trivial(expression: sp.Expr) -> bool:
     """Whether an expression is not worth a name: a symbol or its negative, or a short number."""
     if expression.is_number:
         return count_of(expression) <= _SHORT
-    own = expression.args if expression.is_Mul else (sp.S.NegativeOne, expression)
-    return len(own) == 2 and own[0] is sp.S.NegativeOne and own[1].is_Symbol
+    factors = expression.args if expression.is_Mul else (sp.S.NegativeOne, expression)
+    return len(factors) == 2 and factors[0] is sp.S.NegativeOne and factors[1].is_Symbol

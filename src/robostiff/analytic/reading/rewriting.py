@@ -58,8 +58,8 @@ def in_letters(written: Written, taken: Iterable[str]) -> Written:
     put: dict[Any, Any] = {}
     letters: dict[str, Iterator[str]] = {}
     for symbol in (d.symbol for d in definitions):
-        letter, _, own = symbol.name.partition("_")
-        if letter in _LETTERS and own and not own.isdigit():
+        letter, _, ending = symbol.name.partition("_")
+        if letter in _LETTERS and ending and not ending.isdigit():
             name = next(letters.setdefault(letter, free_names(letter, given)))
             if name != symbol.name:
                 put[symbol] = sp.Symbol(name, **symbol.assumptions0)
@@ -95,16 +95,16 @@ def as_components(written: Written, components: Sequence[str], taken: set[str]) 
 
 def in_order(definitions: Sequence[Definition]) -> Iterator[Definition]:
     """Definitions so that each uses those before, otherwise as they came."""
-    left: dict[Any, Definition] = {d.symbol: d for d in definitions}
+    remaining: dict[Any, Definition] = {d.symbol: d for d in definitions}
 
     for d in definitions:
-        waiting = [d] if d.symbol in left else []
+        waiting = [d] if d.symbol in remaining else []
         while waiting:
-            before = symbols_in(waiting[-1].expression) & left.keys()
+            before = symbols_in(waiting[-1].expression) & remaining.keys()
             if before:
-                waiting.append(left[min(before, key=str)])
+                waiting.append(remaining[min(before, key=str)])
             else:
-                yield left.pop(waiting.pop().symbol)
+                yield remaining.pop(waiting.pop().symbol)
 
 
 _NO_LENGTHS = ("c_", "k", "K", "E", "G", "e_", "theta")  # how their names begin
@@ -179,26 +179,26 @@ def divided(expression: Any, ratio: Definition) -> Any:
     expression = made_of(expression, [divided(part, ratio) for part in expression.args])
     if not isinstance(expression, sp.Mul):
         return expression
-    left, part = dict(powers(expression)), powers(ratio.expression)
-    fits = [left.get(base, 0) / power for base, power in part.items()]
+    rest, part = dict(powers(expression)), powers(ratio.expression)
+    fits = [rest.get(base, 0) / power for base, power in part.items()]
     are_whole = all(isinstance(x, Fraction) and x.denominator == 1 for x in fits)
     if not are_whole or min(fits) * max(fits) <= 0:
         return expression
     times = min(fits, key=abs)
     for base, power in part.items():
-        left[base] -= times * power
-    left[ratio.symbol] = times
+        rest[base] -= times * power
+    rest[ratio.symbol] = times
     # The number stays in front: 1/4 in a sum of roots would be longer.
-    other = sp.Mul(expression.as_coeff_Mul()[0], *(base**power for base, power in left.items()))
+    other = sp.Mul(expression.as_coeff_Mul()[0], *(base**power for base, power in rest.items()))
     return min(expression, other, key=operations_in)
 
 
 @cacheit
 def powers(product: Any) -> Mapping[Any, Any]:
     """Powers of the factors of a product; numbers of Python, as SymPy's take ten times as long."""
-    own = product.as_coeff_Mul()[1].as_powers_dict()
+    exponents = product.as_coeff_Mul()[1].as_powers_dict()
     return MappingProxyType(
-        {b: Fraction(int(x.p), int(x.q)) if x.is_Rational else x for b, x in own.items()}
+        {b: Fraction(int(x.p), int(x.q)) if x.is_Rational else x for b, x in exponents.items()}
     )
 
 

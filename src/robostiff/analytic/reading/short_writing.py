@@ -163,20 +163,20 @@ class _Search:
                 wanted |= x.symbols
             wanted = self.needed(wanted, names)
             names = {s: x for s, x in names.items() if bits[s] & wanted}
-        cost, lines, own, below, soft = 0, len(results), 0, 0, 0
+        cost, lines, own_names, below, soft = 0, len(results), 0, 0, 0
         for x in results:
             cost += x.operations
             below |= x.below
         for s, x in names.items():
-            own |= bits[s]
+            own_names |= bits[s]
             soft |= 0 if s.is_positive else bits[s]
             below |= x.below
             if x.symbols:
                 cost += x.operations + (_A_NAME if s in self.of else _A_NEW_NAME)
                 lines += 1
-        below = (below | self.needed(below & soft, names)) & ~own
+        below = (below | self.needed(below & soft, names)) & ~own_names
         cost += _A_LINE * max(0, lines - _LINES)
-        return Writing(results, names, cost, lines, own, below, every, begin)
+        return Writing(results, names, cost, lines, own_names, below, every, begin)
 
     def best(self) -> Writing:
         """The shortest of all that are followed."""
@@ -190,19 +190,19 @@ class _Search:
         for _ in range(_ROUNDS):
             found: list[Writing] = []
             self.most = least + _LONGER
-            for own in ways:
-                for move in self.moves_from(own):
-                    one = self.moved(own, move)
+            for way in ways:
+                for move in self.moves_from(way):
+                    one = self.moved(way, move)
                     key = one.cost, one.lines, one.own
-                    if key in seen or one.cost > self.most or one.below & ~own.below:
+                    if key in seen or one.cost > self.most or one.below & ~way.below:
                         continue
                     if not self.has_rooted_names(one):
                         seen.add(key)
                         found.append(one)
-            left, ways = Counter[int](), []  # a few ways of the same number of lines
+            places, ways = Counter[int](), []  # a few ways of the same number of lines
             for one in sorted(found, key=lambda one: one.cost):
-                if left[one.lines] < _ALIKE and len(ways) < width:
-                    left[one.lines] += 1
+                if places[one.lines] < _ALIKE and len(ways) < width:
+                    places[one.lines] += 1
                     ways.append(one)
             stale += 1
             if ways and ways[0].cost < least:
@@ -218,7 +218,7 @@ class _Search:
         spend()
         wanted, made = move.symbols, move.made
 
-        def own(x: CountedFormula) -> CountedFormula:
+        def changed(x: CountedFormula) -> CountedFormula:
             if wanted & ~x.symbols:
                 return x
             found = made.get(x)
@@ -234,13 +234,13 @@ class _Search:
                 s: x for s, x in names.items() if s is not symbol
             }
             first = self.needed(self.bits[symbol], names)
-        names = {s: x if self.bits[s] & first else own(x) for s, x in names.items()}
-        return self.way(tuple(map(own, w.results)), names, (w, move))
+        names = {s: x if self.bits[s] & first else changed(x) for s, x in names.items()}
+        return self.way(tuple(map(changed, w.results)), names, (w, move))
 
     def has_rooted_names(self, w: Writing) -> bool:
         """Whether the root of a named sum stands somewhere: it should have a name itself."""
         roots = frozenset[Any]().union(*(x.rooted for x in w.formulas if x.rooted))
-        given = (own for own in w.names.items() if roots and own[0] not in self.of)
+        given = (name for name in w.names.items() if roots and name[0] not in self.of)
         return any(s in roots or x.expression in roots for s, x in given)
 
     def has_rooted_squares(self, w: Writing) -> bool:
@@ -278,12 +278,12 @@ class _Search:
     def without(self, w: Writing, name: Any, expression: Any) -> Iterator[Move]:
         """A name written out, in squares, or as a ratio times what it is divided by."""
         # A root may vanish in a square, which is two operations less.
-        more, left = w.names[name].operations - 2, self.most - w.cost
+        more, room = w.names[name].operations - 2, self.most - w.cost
         uses = sum(x.uses[name] for x in w.formulas)
-        if (uses - 1) * more <= left:
+        if (uses - 1) * more <= room:
             yield self.move(written_out, name, expression, of=[name], out=name)
         powers = sum(x.uses[name, 2] for x in w.formulas)
-        is_shorter = powers and (uses - powers - 1) * more <= left
+        is_shorter = powers and (uses - powers - 1) * more <= room
         if is_shorter and self.is_long and not name.name.startswith("L_"):
             square = self.name("p", expression**2, positive=True)
             self.squares |= self.bits[square.symbol]
@@ -343,10 +343,10 @@ class _Search:
         for name, formula in w.names.items():
             expression = formula.expression
             new, square = Definition(name, expression), sp.expand(expression**2)
-            for total, own in ((expression, name), (square, name**2)):
+            for total, power in ((expression, name), (square, name**2)):
                 if total.is_Add and any(total != x and {*total.args} <= {*x.args} for x in sums):
                     terms = frozenset(total.args)
-                    yield self.move(with_sum, terms, own, of=symbols_in(total), new=new)
+                    yield self.move(with_sum, terms, power, of=symbols_in(total), new=new)
 
     def with_name(self, w: Writing, total: Any, letter: str) -> Move:
         """A name for a sum as it stands, or for its root where that occurs."""
@@ -444,12 +444,12 @@ class _Search:
             every = [Definition(s, x.expression) for s, x in way.all_names.items()]
             idle = [d for d in reversed([*in_order(every)]) if d.symbol not in way.names]
 
-            def own(x: Any, move: Any = move, idle: Any = idle) -> Any:
+            def changed(x: Any, move: Any = move, idle: Any = idle) -> Any:
                 if not move.symbols & ~self.bits_of(symbols_in(x)):
                     x = move.change(x, *move.by)
                 for d in idle:
                     x = written_out(x, d.symbol, d.expression)
                 return x
 
-            others = tuple(tuple(map(own, one)) for one in others)
+            others = tuple(tuple(map(changed, one)) for one in others)
         return Written(tuple(x.expression for x in w.results), tuple(names), others)

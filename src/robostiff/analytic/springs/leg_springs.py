@@ -75,27 +75,27 @@ _SHORT = 12  # operations of the compliance of one spring that needs no name, su
 _CANCELLED = 0.6  # of the operations of a sum, for which it becomes one fraction
 
 
-class NotHeldByUnitWrenchesError(Exception):
+class NoUnitWrenchesError(Exception):
     """No basis of unit wrenches was found: the other forms answer."""
 
 
 @dataclass(frozen=True, eq=False)
-class HeldWrench:
+class ConjugateWrench:
     """A wrench of a leg, conjugate to its others."""
 
     parts: tuple[tuple[Any, UnitWrench], ...]  # (factor, UnitWrench): whose sum it is
     compliance: Any  # a name, or a short formula
-    met: np.ndarray  # (count,): its values at the samples
+    sample: np.ndarray  # (count,): values of the compliance
 
-    def about(self, reference: np.ndarray, search: WrenchSearch) -> list[Any]:
-        """Its six entries about a point, world axes."""
-        record, length = search.record, search.length
-        return _combined([(f, w.about(reference, record, length)) for f, w in self.parts], search)
-
-    def seen_from(self, frame: WorkingFrame, search: WrenchSearch) -> list[Any]:
-        """Its six entries in a frame, about its origin."""
-        record, length = search.record, search.length
-        return _combined([(f, w.seen_from(frame, record, length)) for f, w in self.parts], search)
+    def seen_from(self, place: WorkingFrame | np.ndarray, search: WrenchSearch) -> list[Any]:
+        """Its six entries in a frame, about its origin, or about a point in world axes."""
+        record, length, factors = search.record, search.length, [f for f, _ in self.parts]
+        if isinstance(place, WorkingFrame):
+            each = [w.seen_from(place, record, length) for _, w in self.parts]
+        else:
+            each = [w.about(place, record, length) for _, w in self.parts]
+        columns = zip(*each, search.scale, strict=True)
+        return [record.simplified(dot(factors, own), scale) for *own, scale in columns]
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,18 +218,18 @@ class LegReader:
             found.append(self.read(simpler))
         return min(found, key=count_of)
 
-    def of(self, leg: PlacedLeg) -> tuple[HeldWrench, ...]:
+    def of(self, leg: PlacedLeg) -> tuple[ConjugateWrench, ...]:
         """The wrenches by which a leg holds the platform, forces first.
 
         Raises
         ------
-        NotHeldByUnitWrenchesError
+        NoUnitWrenchesError
         FormulaTooLargeError
             When more pairs of them share energy than there are wrenches.
         """
         basis = self.search.basis(leg)
         if basis is None:
-            raise NotHeldByUnitWrenchesError
+            raise NoUnitWrenchesError
         units = basis.wrenches
         if basis.couplings > len(units):
             raise FormulaTooLargeError.beyond(len(units))
@@ -254,7 +254,7 @@ class LegReader:
                     parts.append((self._shift(x.sample, lambda x=x: self.read(x)), w))
                 elif not is_zero(x):
                     parts.append((x, w))
-            wrenches.append(HeldWrench(tuple(parts), compliances[i], values[:, i]))
+            wrenches.append(ConjugateWrench(tuple(parts), compliances[i], values[:, i]))
         return tuple(sorted(wrenches, key=lambda one: all(w.point is None for _, w in one.parts)))
 
     def _conjugate(
@@ -281,7 +281,7 @@ class LegReader:
                 )
             D[:, i] = A[:, i, i] - np.einsum("nk,nk,nk->n", L[:, i, :i], L[:, i, :i], D[:, :i])
             if np.min(D[:, i]) <= 0:
-                raise NotHeldByUnitWrenchesError
+                raise NoUnitWrenchesError
             pivots.append(
                 self._compliance(
                     D[:, i],
@@ -335,13 +335,13 @@ class LegReader:
             return found
         basis = search.basis(as_leg, few_couplings=False)
         if basis is None:
-            raise NotHeldByUnitWrenchesError
+            raise NoUnitWrenchesError
         units = basis.wrenches[::-1]  # forces first: they are moved by couples
         frame = self._frame(block, units)
         columns = [w.seen_from(frame, record, search.length) for w in units]
         shares = [shares_of(columns, w.seen_from(frame, search), search) for w in wrenches]
         at = at_samples(shares, record.count).reshape(record.count, len(wrenches), len(units))
-        compliances = np.stack([w.met for w in wrenches], axis=1)
+        compliances = np.stack([w.sample for w in wrenches], axis=1)
 
         def added(i: int, j: int) -> Any:
             of_compliance: dict[Any, Any] = {}
@@ -384,7 +384,7 @@ def shares_of(columns: Sequence[list[Any]], w: list[Any], search: WrenchSearch) 
 
     Raises
     ------
-    NotHeldByUnitWrenchesError
+    NoUnitWrenchesError
         When they do not.
     """
     record, m = search.record, len(columns)
@@ -394,7 +394,7 @@ def shares_of(columns: Sequence[list[Any]], w: list[Any], search: WrenchSearch) 
     for k in range(m):
         open_rows = [r for r in range(6) if r not in taken and not is_zero(rows[r][k])]
         if not open_rows:
-            raise NotHeldByUnitWrenchesError
+            raise NoUnitWrenchesError
 
         def awkwardness(r: int, k: int = k) -> tuple[int, int, float]:
             used = sum(isinstance(x, Entry) for x in rows[r])
@@ -412,13 +412,6 @@ def shares_of(columns: Sequence[list[Any]], w: list[Any], search: WrenchSearch) 
                     for x, y in zip(rows[r], rows[pivot], strict=True)
                 ]
     return [rows[r][m] for r in taken]
-
-
-def _combined(terms: Sequence[tuple[Any, list[Any]]], search: WrenchSearch) -> list[Any]:
-    scale, factors = search.scale, [f for f, _ in terms]
-    return [
-        search.record.simplified(dot(factors, [w[i] for _, w in terms]), scale[i]) for i in range(6)
-    ]
 
 
 def _less(

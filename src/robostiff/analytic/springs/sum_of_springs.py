@@ -42,7 +42,7 @@ from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import written_size
 from robostiff.analytic.reading.rewriting import Written
 from robostiff.analytic.reading.short_writing import shortest
-from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError
+from robostiff.analytic.springs.leg_springs import LegReader, NoUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.record import Entry, is_zero
 from robostiff.recorded.elimination import cross
@@ -111,7 +111,7 @@ def sum_of_springs(
     for group in groups:
         at = np.stack([w.at for w in group.wrenches], axis=1)
         group.orbits = orbits_of(at / search.scale)  # which wrenches are turns of others
-    squares: dict[Any, tuple[Any, Any]] = {}
+    squares: dict[Any, Any] = {}
     entry: Callable[[Any], Any] = read
     if placed.follows.at_joints:
         entry = lambda x: shortest_trigonometry(read(x))  # noqa: E731
@@ -126,8 +126,8 @@ def sum_of_springs(
     last = [d for d in recurring.definitions if d not in first]
     lengths = [replace(d, expression=_in_names(d.expression, first)) for d in read.definitions]
     first, last = (
-        [replace(d, expression=shortest_trigonometry(d.expression)) for d in own]
-        for own in (first, last)
+        [replace(d, expression=shortest_trigonometry(d.expression)) for d in those]
+        for those in (first, last)
     )
     definitions, numbers = list[Definition](), dict[Any, Any]()
     for d in (*first, *lengths, *last):  # without numbers before sums
@@ -136,20 +136,25 @@ def sum_of_springs(
         if rest.is_Add and number != 1:
             numbers[d.symbol], expression = number * d.symbol, rest
         definitions.append(replace(d, expression=expression))
-    plain, shorter = (
-        K.xreplace({s: _in_names(both[i], first) for s, both in squares.items()}).xreplace(numbers)
-        for i in (0, 1)
-    )
+    K = K.xreplace({s: _in_names(x, first) for s, x in squares.items()}).xreplace(numbers)
+
+    def written(x: Any) -> Any:
+        return _in_names(x, first).xreplace(numbers)
+
+    rows = search.space.rows
     in_names = {
         number: (
-            tuple(_in_names(g.written(i, search, read), first).xreplace(numbers) for g, i in leg),
-            tuple(_in_names(g.compliance, first).xreplace(numbers) for g, _ in leg),
+            tuple(
+                written(sp.ImmutableMatrix([read(g.wrenches[i].entries[k]) for k in rows]))
+                for g, i in leg
+            ),
+            tuple(written(g.compliance) for g, _ in leg),
         )
         for number, leg in legs.items()
     }
-    results = [plain, *(x for leg in in_names.values() for parts in leg for x in parts)]
-    found = SumOfSprings(plain, in_names, used_definitions(definitions, results))
-    found = _with_components(found, shorter, placed)
+    results = [K, *(x for leg in in_names.values() for parts in leg for x in parts)]
+    found = SumOfSprings(K, in_names, used_definitions(definitions, results))
+    found = _with_components(found, placed)
     formulas = *different_entries(found.K.flat()), *(d.expression for d in found.definitions)
     at_most = sum(map(count_of, formulas))
     if at_most > PRINTED and operations_of(found.K, found.definitions) > PRINTED:
@@ -176,20 +181,20 @@ def _grouped(
             continue
         try:
             wrenches = reader.of(placed.place(i).leg)
-        except NotHeldByUnitWrenchesError:
+        except NoUnitWrenchesError:
             return None
         legs[i] = []
         for one in wrenches:
-            key = tuple(map(float, one.met))
+            key = tuple(map(float, one.sample))
             alike = next((k for k in groups if np.allclose(k, key, rtol=_SAME, atol=0)), key)
             group = groups.setdefault(alike, WrenchesAlike(one.compliance))
             legs[i].append((group, len(group.wrenches)))
             if len(one.parts) > 1:
                 group.shifted.add(len(group.wrenches))
-            about = one.about(placed.reference, search)
+            about = one.seen_from(placed.reference, search)
             if placed.follows.at_joints:  # in its own joint coordinates by way of its end
                 placed_leg, leg = placed.place(i), placed.entries.legs[i]
-                w = one.about(placed_leg.leg.end, search)
+                w = one.seen_from(placed_leg.leg.end, search)
                 away = np.array(leg.attachment.p, dtype=object) - placed.entries.reference_point
                 moved = zip(w[3:], cross(placed_leg.platform.R @ away, w[:3]), strict=True)
                 about = [*w[:3], *(b if is_zero(a) else a + b for a, b in moved)]
@@ -198,14 +203,9 @@ def _grouped(
     return list(groups.values()), legs
 
 
-def _with_components(
-    found: SumOfSprings, K: sp.ImmutableMatrix, placed: PlacedRobot
-) -> SumOfSprings:
-    """With names for components of unit vectors, and without idle ones, where that is shorter.
-
-    K may be the same in shorter averages.
-    """
-    entries = different_entries(K.flat())
+def _with_components(found: SumOfSprings, placed: PlacedRobot) -> SumOfSprings:
+    """With names for components of unit vectors, and without idle ones, where that is shorter."""
+    K, entries = found.K, different_entries(found.K.flat())
     others = [
         tuple(x)
         for leg in found.legs.values()
@@ -288,21 +288,16 @@ class WrenchesAlike:
         firsts = count if self.orbits is None else [next(iter(orbit)) for orbit in self.orbits]
         return {i: self.wrenches[i].entries for i in firsts}
 
-    def written(self, number: int, search: WrenchSearch, read: NamedReading) -> sp.ImmutableMatrix:
-        """One of the wrenches."""
-        entries = self.wrenches[number].entries
-        return sp.ImmutableMatrix([read(entries[i]) for i in search.space.rows])
-
 
 def matrix_of(
     groups: list[WrenchesAlike],
     search: WrenchSearch,
     read: Callable[[Any], Any],
-    squares: dict[Any, tuple[Any, Any]],
+    squares: dict[Any, Any],
 ) -> sp.ImmutableMatrix | None:
     """The sum of all groups; None where that is long, as of many legs that are all different.
 
-    An average of squares that is shorter by the unit length has a symbol: `squares` has both.
+    An average of squares that is shorter by the unit length has a symbol, and is in `squares`.
     """
     rows = list(search.space.rows)
     n = len(rows)
@@ -325,7 +320,7 @@ def matrix_of(
                     other = sp.Add(*(n * (1 - read(x) ** 2) for n, x in others[place]))
                     if count_of(other) < count_of(term):
                         symbol = sp.Symbol(f"average {other}", positive=True)
-                        squares[symbol] = term, other
+                        squares[symbol] = other
                         term = symbol
                 if term not in known:
                     known[term] = product_of(term, below)

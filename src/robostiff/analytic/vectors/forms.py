@@ -7,7 +7,7 @@ steps of scalars, by which all else is found: numbers, derivatives, programs.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import product
@@ -17,14 +17,12 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Formula
-from robostiff.analytic.exact.definition import Definition, used_definitions
-from robostiff.analytic.exact.exact_points import matrix_value
+from robostiff.analytic.exact.definition import Definition, NamedSteps, used_definitions
 from robostiff.analytic.vectors.vector_expressions import Coordinates, Equation, names_in, value_of
-from robostiff.errors import InputError
 from robostiff.spatial import Space
 
 
-class Components:
+class Components(NamedSteps):
     """Vectors by their components: steps of scalars, in order.
 
     `taken`: names that stand for something else; `names`: of products of beams and the like,
@@ -42,9 +40,8 @@ class Components:
     """
 
     def __init__(self, taken: Iterable[str], names: Sequence[Definition] = ()) -> None:
-        self.definitions: list[Definition] = []
+        super().__init__(taken)
         self.known: dict[str, Any] = {}
-        self._taken = set(taken)
         self.add(names)
 
     def add(self, names: Sequence[Definition]) -> None:
@@ -52,7 +49,7 @@ class Components:
         for d in names:
             value = self.value(d.expression)
             if value.free_symbols and d.symbol.name not in self.known:
-                self._taken.add(d.symbol.name)
+                self.taken.add(d.symbol.name)
                 self.definitions.append(Definition(d.symbol, value))
             self.known.setdefault(d.symbol.name, d.symbol if value.free_symbols else value)
 
@@ -70,70 +67,21 @@ class Components:
 
         `number`: of the leg, in place of the index i, such as ``_1``; ``_1_2`` in place of ij.
         """
-        value, own = self.value(expression), name
+        value, full = self.value(expression), name
         if number:
-            own = name.replace("_ij", number).replace("_i", number)
-            own += number * (own == name)
+            full = name.replace("_ij", number).replace("_i", number)
+            full += number * (full == name)
         if not isinstance(value, np.ndarray):
-            self.known[name] = self.named(own, value)
+            self.known[name] = self.named(full, value)
             return
         marks = "xyz" if value.shape == (3,) else range(1, len(value) + 1)
         places = marks if value.ndim == 1 else [f"{i}{j}" for i, j in product(marks, repeat=2)]
-        each = [self.named(f"{own}_{m}", x) for m, x in zip(places, value.flat, strict=True)]
+        each = [self.named(f"{full}_{m}", x) for m, x in zip(places, value.flat, strict=True)]
         self.known[name] = np.array(each, dtype=object).reshape(value.shape)
 
     def named(self, name: str, value: Any) -> Any:
-        """A new name for a scalar; symbols and numbers need none."""
-        if not value.free_symbols or value.is_Symbol or (-value).is_Symbol:
-            return value
-        while name in self._taken:
-            name += "'"
-        self._taken.add(name)
-        self.definitions.append(Definition(sp.Symbol(name, real=True), value))
-        return self.definitions[-1].symbol
-
-    def inverse(self, name: str, M: Any, step: str = "a") -> sp.ImmutableMatrix:
-        """The inverse of a symmetric matrix, in steps of a name."""
-        entries = {(i, j): self.named(f"{name}_{i + 1}{j + 1}", M[i, j]) for i, j in _upper(M)}
-        whole = sp.Matrix(M.rows, M.rows, lambda i, j: entries[min(i, j), max(i, j)])
-        return inverse_in_steps(
-            whole, lambda k, i, j, x: self.named(f"{step}{k + 1}_{i + 1}{j + 1}", x)
-        )
-
-
-def _upper(M: Any) -> list[tuple[int, int]]:
-    return [(i, j) for i in range(M.rows) for j in range(i, M.rows)]
-
-
-def inverse_in_steps(M: Any, named: Callable[[int, int, int, Any], Any]) -> sp.ImmutableMatrix:
-    """The inverse of a symmetric matrix by Gauss and Jordan, one diagonal entry after the other.
-
-    `named`: what stands for an entry (i, j) after step k in the next steps, of (k, i, j, entry).
-
-    Raises
-    ------
-    InputError
-        When a pivot is zero.
-    """
-    n = M.rows
-    A: dict[tuple[int, int], Any] = {(i, j): M[i, j] for i, j in _upper(M)}
-    for k in range(n):
-        column = [A[min(i, k), max(i, k)] for i in range(n)]
-        pivot = column[k]
-        if pivot == 0:
-            raise InputError(
-                "compliance in steps",
-                got=f"no stiffness against coordinate {k + 1} where those before it are free",
-                expected="a positive definite stiffness",
-            )
-        both = [(min(i, k), max(i, k)) for i in range(n)]
-        ratio = [sp.S.Zero if i == k else named(k, *both[i], column[i] / pivot) for i in range(n)]
-        for i, j in _upper(M):
-            if k not in (i, j) and ratio[i] != 0 and column[j] != 0:
-                A[i, j] = named(k, i, j, A[i, j] - ratio[i] * column[j])
-        A |= {both[i]: ratio[i] for i in range(n)}
-        A[k, k] = named(k, k, k, -1 / pivot)
-    return sp.ImmutableMatrix(n, n, lambda i, j: -A[min(i, j), max(i, j)])
+        """A new name for a scalar with symbols."""
+        return super().named(name, value) if value.free_symbols else value
 
 
 def transport(R: Any, v: Any, space: Space) -> sp.Matrix:
@@ -182,16 +130,6 @@ class FormulaInVectors(Formula):
     def definitions(self) -> tuple[Definition, ...]:
         """Components of all vectors, one leg after the other."""
         return self._in_components[1]
-
-    def stiffness(self, values: Mapping[str, float]) -> np.ndarray:
-        """K (n, n) at values of the given symbols, by the very equations that are printed."""
-        K, definitions = self._in_components
-        symbols = K.free_symbols.union(*(d.expression.free_symbols for d in definitions))
-        known = {s: values[str(s)] for s in symbols - {d.symbol for d in definitions}}
-        found = matrix_value(K, known, definitions)
-        if np.all(np.isfinite(found)):
-            return found
-        return matrix_value(K, known, definitions, careful=True)  # numbers too long for floats
 
     def components(self) -> Components:
         """None yet, but for names; no name is that of a given symbol."""
@@ -277,7 +215,7 @@ class VectorForm(FormulaInVectors):
         given = {sp.Symbol(x, real=True): v for x, v in row.items() if isinstance(v, sp.Expr)}
         compliances = {c for _, c in form.wrenches}
         first = [Equation(x, v) for x, v in row.items() if isinstance(v, Coordinates)]
-        last = [Equation(x, v, is_vector=False) for x, v in row.items() if x in compliances]
+        last = [Equation(x, v) for x, v in row.items() if x in compliances]
         each = (replace(e, expression=e.expression.xreplace(given)) for e in form.leg)
         alone: Any = {"columns": {}, "turned": (), "average": None, "others": ()}
         return replace(form, pose=self.pose, legs=(leg,), leg=(*first, *each, *last), **alone)
@@ -336,7 +274,7 @@ class VectorForm(FormulaInVectors):
                 continue
             W = np.stack([w for w, _ in pairs], axis=1)
             C = sp.Matrix([[steps.known[c] if c else 0 for c in row] for row in self.coupled])
-            V = W @ np.array(steps.inverse(f"c{number}", C, f"a{number}_"))
+            V = W @ np.array(steps.inverse(steps.entries(C, f"c{number}_"), f"a{number}_"))
             yield [(w, C[k, k], v) for k, (w, v) in enumerate(zip(W.T, V.T, strict=True))]
 
     def _of_springs(self, steps: Components, number: str) -> list[tuple[Any, Any, Any]]:
@@ -357,20 +295,12 @@ class VectorForm(FormulaInVectors):
             T = sp.Matrix([[Q, lever], [sp.zeros(3), Q]])
             C += T * D * T.T
         step = f"a{number}_" if number else "a"
-        K: Any = steps.inverse(f"C{number}", C.extract(rows, rows), step)
+        K: Any = steps.inverse(steps.entries(C.extract(rows, rows), f"C{number}_"), step)
         for k, twist in enumerate(self.passive, start=1):
             J = sp.Matrix(steps.known[twist]).extract(rows, [0])
-            u = [steps.named(f"u{number}_{k}{i + 1}", x) for i, x in enumerate(K * J)]
-            mu = steps.named(f"mu{number}_{k}", sp.Add(*(a * b for a, b in zip(u, J, strict=True))))
-            after = {
-                (i, j): steps.named(f"K{number}_{k}{i + 1}{j + 1}", K[i, j] - u[i] * u[j] / mu)
-                for i, j in _upper(K)
-            }
-            K = sp.Matrix(K.rows, K.rows, lambda i, j, after=after: after[min(i, j), max(i, j)])
-        whole, units = sp.zeros(6, len(rows)), sp.eye(6)
-        for k, row in enumerate(rows):
-            whole[row, :] = K.row(k)
-        return [(whole.col(k), None, units.col(row)) for k, row in enumerate(rows)]
+            *_, K = steps.eliminated(K, J, f"{number}_{k}")
+        units = sp.eye(6)[:, rows]
+        return [((units * K).col(k), None, units.col(k)) for k in range(len(rows))]
 
 
 def beam_compliances(L: Any, EA: Any, EI_y: Any, EI_z: Any, GJ: Any) -> list[Any]:
@@ -401,4 +331,5 @@ class InSeries(FormulaInVectors):
     def _written(self) -> tuple[Any, list[Definition]]:
         steps = self.components()
         T = transport(self.axes.applyfunc(steps.value), self.arm.applyfunc(steps.value), self.space)
-        return T * steps.inverse("C", self.C.applyfunc(steps.value)) * T.T, steps.definitions
+        C = steps.entries(self.C.applyfunc(steps.value), "C_")
+        return T * steps.inverse(C, "a") * T.T, steps.definitions

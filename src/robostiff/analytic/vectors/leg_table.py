@@ -35,50 +35,39 @@ class LegTable:
     def equations(
         self, letter: str, angle: str, each: Sequence[Sequence[Any]], rotation: str | None = None
     ) -> list[Equation]:
-        """The equation of a vector of all legs, turned where there is a rotation.
+        """The equation of a vector of all legs, with an angle where they lie on a circle about z.
 
-        None where the vector itself is in the table.
-        """
-        found = self.vectors(letter, angle, each, as_whole=rotation is None)
-        if found is None:
-            return []
-        vector = Coordinates(*found)
-        return [Equation(f"{letter}_i", vector if rotation is None else Turned(rotation, vector))]
-
-    def vectors(
-        self, letter: str, angle: str, each: Sequence[Sequence[Any]], *, as_whole: bool = True
-    ) -> tuple[Any, ...] | None:
-        """Coordinates of a vector of all legs: with an angle where they lie on a circle about z.
-
-        None where all three differ between the legs and the vector itself may be a column.
+        It is turned where there is a rotation. None where all three coordinates differ between the
+        legs: then the vector itself is a column, unless it is turned.
 
         Examples
         --------
         >>> r = sp.Symbol("r", positive=True)
         >>> table = LegTable({"r": 0.3})
-        >>> table.vectors("b", "psi", [(r, 0, 0), (0, r, 0)])
+        >>> table.equations("b", "psi", [(r, 0, 0), (0, r, 0)])[0].expression.parts
         (r*cos(psi_i), r*sin(psi_i), 0)
         >>> table.columns
         {'psi_i': [0, pi/2]}
         """
-        first = tuple(map(sp.sympify, each[0]))
-        if all(_are_same(first, v) for v in each[1:]):
-            return first
-        # Points that are as far from the z axis, and as high, have a radius and angles.
-        polar = [self.polar(*map(sp.sympify, v[:2])) for v in each if _are_same(first[2:], v[2:])]
-        known = [x for x in polar if x and polar[0] and _are_same(polar[0][:1], x[:1])]
-        if len(known) < len(each):
+        found = first = tuple(map(sp.sympify, each[0]))
+        if not all(_are_same(first, v) for v in each[1:]):
+            # Points that are as far from the z axis, and as high, have a radius and angles.
+            polar = [
+                self.polar(*map(sp.sympify, v[:2])) for v in each if _are_same(first[2:], v[2:])
+            ]
+            known = [x for x in polar if x and polar[0] and _are_same(polar[0][:1], x[:1])]
             differ = (any(not _are_same((v[k],), (first[k],)) for v in each[1:]) for k in range(3))
-            if as_whole and all(differ):
-                points = (tuple(map(sp.sympify, v)) for v in each)
-                self.columns[f"{letter}_i"] = [Coordinates(*v) for v in points]
-                return None
-            return tuple(
-                self.scalar(f"{letter}_i{axis}", [v[k] for v in each])
-                for k, axis in enumerate("xyz")
-            )
-        radius, turned = known[0][0], self.angle(angle, [x for _, x in known])
-        return radius * sp.cos(turned), radius * sp.sin(turned), first[2]
+            if len(known) == len(each):
+                radius, turned = known[0][0], self.angle(angle, [x for _, x in known])
+                found = radius * sp.cos(turned), radius * sp.sin(turned), first[2]
+            elif rotation is None and all(differ):
+                self.columns[f"{letter}_i"] = [Coordinates(*map(sp.sympify, v)) for v in each]
+                return []
+            else:
+                columns = enumerate("xyz")
+                found = [self.scalar(f"{letter}_i{x}", [v[k] for v in each]) for k, x in columns]
+        vector = Coordinates(*found)
+        return [Equation(f"{letter}_i", vector if rotation is None else Turned(rotation, vector))]
 
     def keep(self, used: Container[str]) -> None:
         """Leave the columns that are used."""

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
+from sympy.core.function import AppliedUndef
 from sympy.core.symbol import Str
 
 #: A vector, a wrench, a rotation or a scalar.
@@ -180,13 +181,17 @@ class Equation:
     Attributes
     ----------
     name : str
-    expression : expression of vectors or of scalars
-    is_vector : bool
+    expression : expression of vectors or of scalars, or text of matrices
     """
 
     name: str
     expression: Any
-    is_vector: bool = True
+
+    @property
+    def is_vector(self) -> bool:
+        """Whether the name is that of a vector or a matrix, such as diag(a, b)."""
+        is_diagonal = isinstance(self.expression, AppliedUndef)
+        return is_diagonal or not isinstance(self.expression, sp.Expr | Dot | Norm)
 
 
 def names_in(part: Any) -> set[str]:

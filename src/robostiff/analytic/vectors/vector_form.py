@@ -19,7 +19,7 @@ from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.turned_legs import COMPONENTS, averages, orbits_of
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.leg_springs import LegReader, NotHeldByUnitWrenchesError, summed
+from robostiff.analytic.springs.leg_springs import LegReader, NoUnitWrenchesError, summed
 from robostiff.analytic.springs.unit_wrenches import UnitWrench, WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.leg_table import LegTable
@@ -72,7 +72,7 @@ def vector_form(placed: PlacedRobot) -> VectorForm | None:
         return None
     try:
         found = _Recognition(placed).form()
-    except (FormulaTooLargeError, NotHeldByUnitWrenchesError):
+    except (FormulaTooLargeError, NoUnitWrenchesError):
         return None
     return found and replace(found, average=_average_of(found, placed))
 
@@ -207,7 +207,7 @@ class _Recognition:
         if len(of_rods) != 1:
             return [None], {}
         couple = Stacked(0, Cross(self.platform.turned(Vector("r_ij")), U))
-        of_rod = Equation("v_ij", couple), Equation("c_r", of_rods.pop(), is_vector=False)
+        of_rod = Equation("v_ij", couple), Equation("c_r", of_rods.pop())
         return legs, {"rods": tuple(arms), "of_rod": of_rod}
 
     def _joined(
@@ -285,10 +285,6 @@ class _Recognition:
 
     def _of_wrenches(self, legs: list[LegInVectors], table: LegTable) -> list[Equation] | None:
         """Wrenches and what they meet; a force that shares energy with a couple is moved by it."""
-
-        def scalar(name: str, expression: Any) -> Equation:
-            return Equation(name, expression, is_vector=False)
-
         first, last, moved = legs[0], len(legs[0].wrenches), legs[0].moved
         shared = {place: c for place, c in first.entries.items() if len({*place}) == 2}
         if any(leg.entries.keys() != first.entries.keys() for leg in legs):
@@ -299,12 +295,12 @@ class _Recognition:
         names = [f"w_i_{k}" if last > 1 else "w_i" for k in range(1, last + 1)]
         found = [[Equation(x, w)] for x, w in zip(names, first.wrenches, strict=True)]
         if first.coupled:
-            each = [scalar(shared_name(i, j), c) for (i, j), c in first.entries.items()]
+            each = [Equation(shared_name(i, j), c) for (i, j), c in first.entries.items()]
             return [*(e for equations in found for e in equations), *each]
         couple = sp.Symbol(f"c_i_{last}", real=True)
         for k, equations in enumerate(found):
             name = f"c{names[k][1:]}"
-            compliance = _met(table, name, [leg.entries[k, k] for leg in legs])
+            compliance = _compliance_of_legs(table, name, [leg.entries[k, k] for leg in legs])
             if k == moved:
                 if name in table.columns:
                     return None
@@ -312,9 +308,9 @@ class _Recognition:
                 equations[0] = Equation(names[k], Sum((1, first.wrenches[k]), (-1, by)))
                 compliance -= _SHIFT**2 * couple
             if compliance != sp.Symbol(name, real=True):
-                equations.append(scalar(name, compliance))
+                equations.append(Equation(name, compliance))
         if moved is not None:
-            shift = scalar(_SHIFT.name, shared[moved, last - 1] / couple)
+            shift = Equation(_SHIFT.name, shared[moved, last - 1] / couple)
             found += [[shift], found.pop(moved)]
         return [e for equations in found for e in equations]
 
@@ -330,7 +326,7 @@ class _Recognition:
         return (p, *turned, *([r0] if self.platform.is_shifted else []))
 
 
-def _met(table: LegTable, name: str, each: list[Any]) -> Any:
+def _compliance_of_legs(table: LegTable, name: str, each: list[Any]) -> Any:
     """What wrenches of all legs meet; drives of different stiffness are a column k_i."""
     terms = [sp.Add.make_args(x) for x in each]
     common = [x for x in terms[0] if all(x in of_term for of_term in terms)]

@@ -252,19 +252,15 @@ def closure_of(
     `l`, `a`, `side`: length of the rod and of its crank, and how it closes, 1 or -1 or a symbol;
     `in_plane`: whether d_i is square to e_i.
     """
-
-    def scalar(name: str, expression: Any) -> Equation:
-        return Equation(name, expression, is_vector=False)
-
     carrier, root = bar.carrier, sp.sqrt(1 - _ALONG**2)
     d = Equation("d_i", Sum((1, P), (1, platform.turned(B)), (-1, A)))
-    size, off = scalar("L_i", Norm(D)), scalar("y_i", Norm(Cross(E, D)))
+    size, off = Equation("L_i", Norm(D)), Equation("y_i", Norm(Cross(E, D)))
     if carrier is Carrier.NOTHING:
         return [d, size, Equation("u_i", Over(D, LENGTH))]
     if carrier is Carrier.SLIDE:
-        shift = scalar("q_i", _ALONG - side * sp.sqrt(l**2 - _OFF**2))
+        shift = Equation("q_i", _ALONG - side * sp.sqrt(l**2 - _OFF**2))
         u = Over(Sum((1, D), (-1, Times(_SHIFT, E))), l)
-        return [d, off, scalar("x_i", Dot(E, D)), shift, Equation("u_i", u)]
+        return [d, off, Equation("x_i", Dot(E, D)), shift, Equation("u_i", u)]
     across = (int(side), root) if side in (1, -1) else (1, side * root)
     terms: list[tuple[int, Any]] = [(1, D), (-1, Times(a, V))]
     if carrier is Carrier.CRANK:
@@ -272,7 +268,7 @@ def closure_of(
         before, n, named = [size] if in_plane else [off, size], Cross(M, E), []
     else:
         far = near = _OFF
-        before, n = [off, scalar("q_i", Dot(E, D))], N
+        before, n = [off, Equation("q_i", Dot(E, D))], N
         named = [Equation("n_i", Cross(M, E))]
         terms.insert(1, (-1, Times(_SHIFT, E)))
     v = Sum((1, Times(_ALONG, n)), (across[0], Times(across[1], M)))
@@ -281,7 +277,7 @@ def closure_of(
         *before,
         Equation("m_i", Over(Cross(E, D), near)),
         *named,
-        scalar("x_i", (far**2 + a**2 - l**2) / (2 * a * near)),
+        Equation("x_i", (far**2 + a**2 - l**2) / (2 * a * near)),
         Equation("v_i", v),
         Equation("u_i", Over(Sum(*terms), l)),
     ]
@@ -295,15 +291,15 @@ def across_of(bar: Bar, *, is_unit: bool) -> list[Equation]:
         found.append(Equation("n_i", Cross(G, bar.first)))
     of_crank = {"f_i": Dot(V, U), "h_i": Dot(Cross(E, V), U), "z_i": Dot(E, U)}
     scalars = {Carrier.NOTHING: {}, Carrier.SLIDE: {"f_i": Dot(E, U)}}.get(bar.carrier, of_crank)
-    return [*found, *(Equation(name, x, is_vector=False) for name, x in scalars.items())]
+    return [*found, *(Equation(name, x) for name, x in scalars.items())]
 
 
 def angle_of(bar: Bar, other: Vector) -> list[Equation]:
     """Cosine and sine of the angle between a rod and a direction."""
     is_strut = bar.carrier is Carrier.NOTHING and other == N
     sine = Dot(E, U) if is_strut else Norm(Cross(other, U))  # the same but for its sign
-    cosine = Equation("s_i", Dot(other, U), is_vector=False)
-    return [cosine, Equation("t_i", sine, is_vector=False)]
+    cosine = Equation("s_i", Dot(other, U))
+    return [cosine, Equation("t_i", sine)]
 
 
 def ends_of(leg: PlacedLeg) -> tuple[np.ndarray, np.ndarray] | None:

@@ -164,10 +164,10 @@ class WrenchWriter:
             leg.entries, values_of(leg.entries.values(), given, self.read.definitions), strict=True
         ):
             C[:, i, j] = C[:, j, i] = value
-        met = W.mT @ sample.C @ W
-        sizes = np.sqrt(np.einsum("nii->ni", met))
-        is_met = np.abs(met - C) <= SAME * sizes[:, :, None] * sizes[:, None]
-        return bool(np.all(is_met) and np.all(np.abs(W.mT @ sample.J) <= SAME * np.max(np.abs(W))))
+        compliance = W.mT @ sample.C @ W
+        sizes = np.sqrt(np.einsum("nii->ni", compliance))
+        is_same = np.abs(compliance - C) <= SAME * sizes[:, :, None] * sizes[:, None]
+        return bool(np.all(is_same) and np.all(np.abs(W.mT @ sample.J) <= SAME * np.max(np.abs(W))))
 
     def _in_scalars(
         self, leg: PlacedLeg, found: list[_Written], basis: Basis, bars: _OfBars | None
