@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 
 _BOWING = Bowing()
 #: Equilibria take some 10 ms each, a record of the robot seconds to make, and a tenth to read.
-WORTH_COMPILING, WORTH_READING = 500, 20
+# A record under load takes as long as 50 to 200 equilibria, and is on disk from then on.
+WORTH_COMPILING, WORTH_READING = 100, 20
 _CALLS = 3  # at the third a record is looked for on disk
 #: Equilibria from which machine code is worth the time that it takes to compile.
 WORTH_MACHINE_CODE = 100_000
@@ -102,7 +103,7 @@ def equilibrium(
     Returns
     -------
     Equilibrium
-        Of a batch with a status for each; from 500 on by a record of the robot, as `compile_loaded`
+        Of a batch with a status for each; from 100 on by a record of the robot, as `compile_loaded`
         makes it, from 20 on where that is on disk. Where rigid parts hold the platform in some
         direction, it has a compliance and no K.
 

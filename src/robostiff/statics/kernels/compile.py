@@ -46,8 +46,8 @@ _LONGEST = 30_000
 _AGREES = 1e-8
 # Of the largest stiffness of the platform: none.
 _FREE = 1e-10
-# Postures at which the buckling loads of struts are computed.
-_POSTURES, _SPREAD = 16, 0.3
+# Postures at which the buckling loads of struts are computed, of so many that are drawn.
+_POSTURES, _DRAWN, _SPREAD = 16, 1024, 0.3
 # Last fields of `CompiledLoading`, which are kept on disk.
 _PARTS = 6
 _SUBJECT = "K under load by record and by equilibrium"
@@ -251,24 +251,36 @@ _kept = kept(compile_loaded)
 
 
 def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[LoadedPosture]:
-    """The robot in numbers at home, and at postures around it that it reaches."""
+    """The robot in numbers at home, and at postures around it that it reaches.
+
+    Among them are those at which each slide is shortest and longest: what is known of struts holds
+    for lengths between these.
+    """
     robot = finder.robot
     acting = Acting(**standing.given)
     found = [postures_of(robot, None, None).loaded(0, acting)]
     random = np.random.default_rng(20111)
     if robot.is_posed_by_joints:
         home, moving = robot.legs[0].chain.home, robot.legs[0].chain.free
-        shifts = _SPREAD * random.uniform(-1, 1, (4 * _POSTURES, home.size)) * moving
+        shifts = _SPREAD * random.uniform(-1, 1, (_DRAWN, home.size)) * moving
         pose = JointCoordinates(home + shifts)
     else:
         places = robot.coordinate_places
         size = np.where(np.array(places) < 3, finder.length, 1.5)
-        shifts = _SPREAD * size * random.uniform(-1, 1, (4 * _POSTURES, len(places)))
+        shifts = _SPREAD * size * random.uniform(-1, 1, (_DRAWN, len(places)))
         pose = finder.home_pose[places] + shifts
     around = postures_of(robot, pose, None)
     posture = cast("Posture", around.posture)
-    reached = np.flatnonzero(posture.reached & posture.within_limits)[:_POSTURES]
-    return [*found, *(around.loaded(int(k), acting) for k in reached)]
+    rows = np.flatnonzero(posture.reached & posture.within_limits)
+    slides = [
+        q[rows, i]
+        for leg, q in zip(robot.legs, posture.coordinates, strict=True)
+        for i, screw in enumerate(leg.chain.freedoms)
+        if not screw.is_rotation
+    ]
+    ends = [rows[at] for x in slides if len(x) for at in (x.argmin(), x.argmax())]
+    chosen = list(dict.fromkeys([*ends, *rows]))[: max(_POSTURES, len(ends))]
+    return [*found, *(around.loaded(int(k), acting) for k in chosen)]
 
 
 def _small_force(robot: Robot, problems: Sequence[EquilibriumProblem]) -> float:
