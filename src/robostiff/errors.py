@@ -7,8 +7,9 @@ import unicodedata
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
+
+from robostiff.frozen import frozen
 
 # Control and format characters (bidirectional marks among them), surrogates, line separators.
 _UNSHOWN = {"Cc", "Cf", "Cs", "Zl", "Zp"}
@@ -110,7 +111,7 @@ class InputError(RobostiffError, ValueError):
         return text
 
 
-@dataclass(frozen=True)
+@frozen
 class Location:
     """Where in a file: 1-based line and column, and the path inside (``legs[0].chain[2].axis``)."""
 

@@ -9,11 +9,11 @@ One of ``robostiff.writers`` has a word of ``robostiff convert --to`` and is a `
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 COMMANDS, READERS, WRITERS = (f"robostiff.{kind}" for kind in ("commands", "readers", "writers"))
 
 
-@dataclass(frozen=True)
+@frozen
 class Writer:
     """Writes networks for another program.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields
 from functools import cached_property
 from typing import Any
 
@@ -29,6 +29,7 @@ from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Status, StiffnessOf
 from robostiff.elastostatics.result import scaled_inverse
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics import Near, Pose
 from robostiff.markup import InNotebooks
 from robostiff.model.cable import CableRobot
@@ -37,7 +38,7 @@ from robostiff.spatial import Space, move_wrench
 _ROUNDING = 1e-12  # of squares, with room
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
     """Stiffness of a cable robot about a point, in world axes, with tensions and status.
 
@@ -294,7 +295,7 @@ def judged(result: CableStiffness) -> CableStiffness:
     return found
 
 
-@dataclass(frozen=True)
+@frozen
 class SlackEvent:
     """The first cable that becomes slack while the load grows.
 
@@ -309,7 +310,7 @@ class SlackEvent:
     cable: str
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class CableResponse(InNotebooks):
     """A cable robot under a load on top of its weight.
 

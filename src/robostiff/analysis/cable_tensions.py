@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields
 from typing import Any, Self, cast
 
 import numpy as np
@@ -23,6 +23,7 @@ from robostiff.elastostatics import Status
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.elastostatics.tolerance import scaling
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics import Pose
 from robostiff.kinematics.pose import requested_pose
 from robostiff.model.cable import CableRobot
@@ -31,7 +32,7 @@ _NO_LENGTH = 1e-9  # of the characteristic length
 _WITHOUT_TENSIONS = int(Status.INFEASIBLE | Status.UNREACHABLE | Status.FORM_DOES_NOT_HOLD)
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class CableAnswer(StatusOfPoses):
     """What results of cable robots have in common, at a pose or a batch of poses."""
 
@@ -55,7 +56,7 @@ class CableAnswer(StatusOfPoses):
         return replace(self, placed=self.placed[index], **arrays)
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class CableTensions(CableAnswer):
     """Tensions of the cables at a pose or a batch of poses.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from robostiff.compiled.codes import Rows, chunks_of
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.status import PoseBatch, StatusOfPoses
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE, scaling, smallest_held_stiffness
+from robostiff.frozen import field, frozen, replace
 from robostiff.record import CLOSED, Flag, Program
 from robostiff.spatial import Space
 
@@ -29,7 +29,7 @@ _ROUNDED = 1e-2
 _SMALL = 1e-8
 
 
-@dataclass(frozen=True)
+@frozen
 class InputRows:
     """Inputs of a kernel at N poses."""
 
@@ -40,7 +40,7 @@ class InputRows:
     loose: np.ndarray
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class CompiledAnswer(StatusOfPoses, PoseBatch):
     """The result of a compiled robot at a batch of poses.
 
@@ -77,7 +77,7 @@ class CompiledAnswer(StatusOfPoses, PoseBatch):
         return float(np.mean(self.guarded)) if self.guarded.size else 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class RecordedRanks:
     """Decides ranks as `aggregate` does, by unit wrenches of the legs.
 
@@ -130,7 +130,7 @@ class RecordedRanks:
         return rank, clear & (smallest > _CLEARLY * tolerance.near_rigidity)
 
 
-@dataclass(frozen=True)
+@frozen
 class AtGeneralPoses:
     """Assumptions of a record."""
 

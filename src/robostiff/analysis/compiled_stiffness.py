@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self, cast
 
@@ -41,6 +40,7 @@ from robostiff.compiled import (
 from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError, OpenAtHomeError
+from robostiff.frozen import frozen
 from robostiff.kinematics import JointCoordinates
 from robostiff.record import Flag
 from robostiff.version import __version__
@@ -54,7 +54,7 @@ _PARTS = 6
 _RIGHT = (0.0, float(Flag.BEYOND_LIMITS))
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class CompiledStiffness(AtGeneralPoses):
     """Stiffness that is recorded once and evaluated at millions of poses; picklable.
 

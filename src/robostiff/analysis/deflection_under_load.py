@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +13,7 @@ from robostiff.analysis.snapshot_stiffness import branches_of, name_of_part
 from robostiff.elastostatics import BlockCompliance, ConjugateWrenches, Status, scaling
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen
 from robostiff.markup import InNotebooks
 from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.network import NodeForce, network_under_loads
@@ -29,7 +29,7 @@ def part_name(leg: str, part: str) -> str:
     return part if leg == "network" else f"{leg}/{part}"
 
 
-@dataclass(frozen=True)
+@frozen
 class PartShare:
     """Elastic energy of one part under the load.
 
@@ -53,7 +53,7 @@ class PartShare:
         return part_name(self.leg, self.part)
 
 
-@dataclass(frozen=True)
+@frozen
 class JointReaction:
     """The wrench that a joint carries.
 
@@ -73,7 +73,7 @@ class JointReaction:
     point: np.ndarray
 
 
-@dataclass(frozen=True)
+@frozen
 class ActuatorLoad:
     """The load on an actuator along its own coordinate.
 
@@ -101,7 +101,7 @@ class ActuatorLoad:
         return part_name(self.leg, self.joint)
 
 
-@dataclass(frozen=True)
+@frozen
 class LoadedElements:
     """What loads do to the elements of a robot at one pose; attributes as those of `Deflection`."""
 
@@ -115,7 +115,7 @@ class LoadedElements:
     forces: tuple[NodeForce, ...] = ()
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Deflection(StatusOfPoses, InNotebooks):
     """Deflection of a robot under a wrench at one pose, or at each of many.
 
@@ -382,7 +382,7 @@ def carried_by(
             yield from carried_by(branch, inner, F_branch, rows)
 
 
-@dataclass(frozen=True)
+@frozen
 class LegLoads:
     """Loads of the legs of a robot, about the origin of its result, in world axes."""
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from robostiff.frozen import frozen
 from robostiff.spatial import Screw, Space, cross, screw_of_twist, skew
 
 _SMALL = 1e-7
@@ -42,7 +41,7 @@ def numbers_in_words(values: np.ndarray) -> str:
     return ", ".join(f"{0.0 if abs(v) < _SMALL * scale else v:.4g}" for v in values)
 
 
-@dataclass(frozen=True)
+@frozen
 class FreeMotion:
     """A motion of the platform without stiffness.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import singledispatch
 from typing import Any, Generic, Self
 
@@ -16,6 +15,7 @@ from robostiff.analysis.questions import CHUNK, PosesOfRobot, Question
 from robostiff.compiled import Kernel, Output
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, OpenAtHomeError
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics import (
     ActuatorCoordinates,
     JointCoordinates,
@@ -30,7 +30,7 @@ from robostiff.spatial import as_floats
 from robostiff.spatial.rotation import is_rigid_transform
 
 
-@dataclass(frozen=True)
+@frozen
 class ParameterValues(Generic[OfSymbols]):
     """Values of the symbols of a robot at N poses."""
 
@@ -184,7 +184,7 @@ class Recordable(ABC):
         """
 
 
-@dataclass(frozen=True)
+@frozen
 class KernelInputs(Recordable):
     """A robot, and rows that a kernel takes, made from poses."""
 

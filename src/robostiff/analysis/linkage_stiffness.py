@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -28,6 +27,7 @@ from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.compiled import Backend, Output, kernel_of
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Details, Form, Status, Tolerance
 from robostiff.errors import DisagreementError, InputError, NoAnswerError
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics import ActuatorCoordinates, Near
 from robostiff.kinematics.pose import check_is_not_posed, six_coordinates
 from robostiff.linkage import Configuration, DrivenLinkage, DriveValues, Linkage
@@ -190,7 +190,7 @@ def _(machine: Linkage, pose: Any, method: Form, near: Near, tolerance: Toleranc
     )
 
 
-@dataclass(frozen=True)
+@frozen
 class LinkageInputs(Recordable):
     """A linkage that some joints drive; its kernel takes their coordinates.
 

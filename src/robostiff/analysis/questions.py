@@ -6,7 +6,6 @@ import math
 from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from functools import singledispatch
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, cast
@@ -16,6 +15,7 @@ import numpy as np
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Details, Form, Status, Tolerance, scaling
 from robostiff.errors import DisagreementError, InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics import (
     JointCoordinates,
@@ -43,7 +43,7 @@ _AGREEMENT = 1e-9
 Differences = list[tuple[int, float | str]]
 
 
-@dataclass(frozen=True)
+@frozen
 class StructuralAnalysis:
     """Matrix structural analysis: all bodies and all wrenches between them in one system."""
 

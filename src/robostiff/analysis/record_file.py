@@ -16,7 +16,7 @@ import stat
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, is_dataclass
+from dataclasses import is_dataclass
 from enum import Enum
 from functools import cache
 from pathlib import Path
@@ -41,6 +41,7 @@ from robostiff.compiled import (
 )
 from robostiff.compiled.closed import ClosedCode, StepCodes
 from robostiff.elastostatics import Status
+from robostiff.frozen import frozen
 from robostiff.model.batched import names_of
 from robostiff.record import Program
 from robostiff.spatial import Space
@@ -189,7 +190,7 @@ def made_of(data: Any, known: list[Any]) -> Any:
     return known[-1]
 
 
-@dataclass(frozen=True)
+@frozen
 class RecordFile:
     """The place of one record on disk."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +14,7 @@ from robostiff.analysis.questions import Question, StructuralAnalysis
 from robostiff.elastostatics import Details, Form, RankDecision, Status, StiffnessOfPoses
 from robostiff.elastostatics.result import definite_inverse
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from robostiff.network import Network
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Stiffness(StiffnessOfPoses, InNotebooks):
     """K_C of a machine about a point, in world axes, with rank and status, at one pose or many.
 

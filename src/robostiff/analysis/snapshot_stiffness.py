@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -33,6 +32,7 @@ from robostiff.elastostatics.tolerance import (
     last_moved,
 )
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics import leg_compliance, passive_jacobian, spring_loads
 from robostiff.kinematics.jacobians import LegsTogether, in_order, legs_alone, legs_together
 from robostiff.kinematics.spanning_tree import branches
@@ -41,7 +41,7 @@ from robostiff.spatial import Space
 from robostiff.spatial.batch import empty_batch
 
 
-@dataclass(frozen=True)
+@frozen
 class LegMatrices:
     """Matrices of a leg for the forms of K_C, about one point in world axes."""
 
@@ -115,7 +115,7 @@ class LegMatrices:
         return found
 
 
-@dataclass(frozen=True)
+@frozen
 class SolvedBlock:
     """A parallel block with the matrices of its branches."""
 

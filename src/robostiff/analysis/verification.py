@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
@@ -22,6 +21,7 @@ from robostiff.elastostatics import (
     Tolerance,
 )
 from robostiff.errors import InputError, NoAnswerError, TooFewDigitsError
+from robostiff.frozen import frozen
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.markup import InNotebooks
@@ -80,7 +80,7 @@ class Outcome(Enum):
     DOES_NOT_HOLD = "does not hold"
 
 
-@dataclass(frozen=True)
+@frozen
 class Comparison:
     """Comparison of one method with the reference.
 
@@ -104,7 +104,7 @@ class Comparison:
     reason: str
 
 
-@dataclass(frozen=True)
+@frozen
 class Verification(InNotebooks):
     """The stiffness of a robot at a pose by several methods.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
 
@@ -25,9 +24,10 @@ from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.questions.rank import closed_matrix
 from robostiff.analytic.substitution import Substitution, at_values
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class FormulaDerivative(Formula):
     """A derivation together with its derivative with respect to a given symbol.
 
@@ -266,7 +266,7 @@ def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMat
     return within(budget, inverse, "compliance")
 
 
-@dataclass(frozen=True)
+@frozen
 class ComplianceSteps(Formula):
     """Compliance as named steps.
 

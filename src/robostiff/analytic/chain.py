@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import islice
 from typing import Any
@@ -21,6 +20,7 @@ from robostiff.analytic.exact.factors import ExactMatrix
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.placement.agreement import AGREED, check_value, length_of, random_values
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import Space
 
 
@@ -50,7 +50,7 @@ def rule_in_words(J: Any, *, redundant: bool) -> str:
     return f"{motion}: {'redundant, mu = 0, nothing changes' if redundant else rule}"
 
 
-@dataclass(frozen=True)
+@frozen
 class Closed:
     """Canonical closed form in the given symbols.
 
@@ -67,7 +67,7 @@ class Closed:
     limit: int = 20_000
 
 
-@dataclass(frozen=True)
+@frozen
 class Steps:
     """Named intermediates, one passive joint after the other, as in Section VI."""
 

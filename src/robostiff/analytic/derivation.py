@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY
 from typing import Any, ClassVar, Self
 
 import sympy as sp
@@ -19,9 +19,10 @@ from robostiff.analytic.substitution import (
     values_of_symbols,
 )
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen, replace
 
 
-@dataclass(frozen=True)
+@frozen
 class Formula(WrittenWhole):
     """A stiffness, or what follows from one, in given symbols, perhaps by named steps.
 
@@ -229,7 +230,7 @@ class Formula(WrittenWhole):
         return tuple(M.evalf(n) for M in found) if isinstance(found, tuple) else found.evalf(n)
 
 
-@dataclass(frozen=True)
+@frozen
 class Stage(WrittenWhole):
     """One passive joint, eq. (15): u = K J, mu = J^T u, K <- K - u u^T / mu.
 
@@ -267,7 +268,7 @@ class Stage(WrittenWhole):
         return self.mu == 0
 
 
-@dataclass(frozen=True)
+@frozen
 class Derivation(Formula):
     """A stiffness matrix as a formula, with its derivation; see `Formula` for what all have.
 
@@ -298,7 +299,7 @@ class Derivation(Formula):
         return found | self.K0.free_symbols - {d.symbol for d in self.definitions}
 
 
-@dataclass(frozen=True)
+@frozen
 class LegDerivation(WrittenWhole):
     """Transmitted wrenches and compliances of a leg.
 
@@ -334,7 +335,7 @@ class LegDerivation(WrittenWhole):
     definitions: tuple[Definition, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class InNames(Formula):
     """A closed form as a person writes it: with names for lengths, beams and compliances.
 
@@ -355,7 +356,7 @@ class InNames(Formula):
     keeps_numbers = is_of_legs = True
 
 
-@dataclass(frozen=True)
+@frozen
 class RobotDerivation(Derivation):
     """The stiffness matrix of a robot as a formula, with the derivation of its legs.
 
@@ -428,7 +429,7 @@ class RobotDerivation(Derivation):
         )
 
 
-@dataclass(frozen=True)
+@frozen
 class SnapshotFormula(Formula):
     """Stiffness of a robot and of its legs about the reference point, world axes.
 

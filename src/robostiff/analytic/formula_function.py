@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -15,13 +14,14 @@ from robostiff.analytic.exact.definition import WrittenWhole
 from robostiff.analytic.export.languages_of_code import source_of_values
 from robostiff.analytic.export.program import program
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen
 from robostiff.spatial.quantities import as_floats, is_pint, si_number
 
 _NOT_FINITE = "a denominator vanishes, or a radicand is negative"
 _CANCELLED = "no denominator vanishes up to rounding"
 
 
-@dataclass(frozen=True)
+@frozen
 class FormulaFunction(WrittenWhole):
     """K, or K and dK, at numbers or at arrays that broadcast.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -37,6 +36,7 @@ from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm, transport
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
 from robostiff.recorded import LegRecorder
 from robostiff.recorded.elimination import LocalLeg, LocalSpring, WorkingFrame, energy_of, local_leg
@@ -46,7 +46,7 @@ from robostiff.spatial import Space
 _NOTHING = 1e-12
 
 
-@dataclass(frozen=True)
+@frozen
 class LegGeometry:
     """A leg in its own axes, as entries of the record."""
 
@@ -193,7 +193,7 @@ _LONGEST_AXIS = 100  # operations of an entry whose sines are made sums of angle
 _READABLE = 500  # terms of an entry, beyond which a leg is derived in steps
 
 
-@dataclass(frozen=True)
+@frozen
 class LegElimination(Derivation):
     """The stiffness of one leg, one passive joint after the other.
 

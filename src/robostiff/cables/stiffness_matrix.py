@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.elastostatics import Tolerance
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.model.cable import CableRobot
 from robostiff.spatial import Space, cross, skew
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedCables:
     """Cables and weight in world coordinates.
 
@@ -326,7 +326,7 @@ def _in_space(K: np.ndarray, space: Space) -> np.ndarray:
 _ROUNDING = 1e-12  # of the largest stiffness
 
 
-@dataclass(frozen=True)
+@frozen
 class Stability:
     """Rank and stability at N poses.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -10,12 +9,13 @@ from numpy.typing import ArrayLike
 
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.spatial import as_floats
 
 _BALANCED = 1e-9
 
 
-@dataclass(frozen=True)
+@frozen
 class TensionProblem:
     """Find tensions t with A^T t + F = 0 and least <= t <= greatest, at N poses.
 
@@ -241,7 +241,7 @@ class TensionRule(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@frozen
 class GivenTensions:
     """The tensions themselves, as measured or commanded.
 
@@ -278,7 +278,7 @@ class GivenTensions:
         return tensions, status
 
 
-@dataclass(frozen=True)
+@frozen
 class NearestTensions:
     """The tensions within the limits that are nearest to an aim, and balance the wrench.
 
@@ -301,7 +301,7 @@ class NearestTensions:
         return tensions, _with_failures(problem, status, ~solved & ~impossible)
 
 
-@dataclass(frozen=True)
+@frozen
 class ClosedFormTensions:
     """Pott's improved closed form, t = t_aim - (A^T)^+ (F + A^T t_aim), cables at limits fixed.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import click
@@ -24,9 +23,10 @@ from robostiff.cli.options import (
 )
 from robostiff.cli.output import draw, output_beside, picture_beside
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Sought:
     """What is to be found of a robot, and the markers that show it."""
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, Field, fields
 from typing import TYPE_CHECKING, Any, ClassVar, dataclass_transform
 
 import click
 
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -99,7 +100,7 @@ class Command:
     named: ClassVar[dict[str, type[Command]]] = {}
 
     def __init_subclass__(cls, name: str) -> None:
-        Command.named[name] = dataclass(frozen=True, kw_only=True)(cls)
+        Command.named[name] = frozen(kw_only=True)(cls)
 
     def run(self) -> int:
         """Do what is asked for; the exit status."""
@@ -186,7 +187,7 @@ def plot_option(text: str, endings: str = ".png, .svg, .pdf or .html") -> Any:
     return option("--plot", metavar="FILE", help=f"{text} into a new file: {endings}.")
 
 
-@dataclass(frozen=True)
+@frozen
 class Model:
     """A robot, as it is written: its file, other values of parameters, its side file."""
 
@@ -224,7 +225,7 @@ class Model:
         return load(self.source, {**self.parameters, **(moved or {})}, **self.files, **options)
 
 
-@dataclass(frozen=True)
+@frozen
 class Posing:
     """Pose, posture and reference point, as they are written."""
 
@@ -254,7 +255,7 @@ class Posing:
     )
 
 
-@dataclass(frozen=True)
+@frozen
 class Answer:
     """Whether an answer replaces files, and how it is printed."""
 
@@ -272,7 +273,7 @@ def length_option() -> Any:
     )
 
 
-@dataclass(frozen=True)
+@frozen
 class Loads:
     """Loads on bodies, as they are written."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +25,7 @@ from robostiff.cli.options import (
 )
 from robostiff.cli.output import draw, new_file, picture_beside, show, show_files
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 
 if TYPE_CHECKING:
     from robostiff.plot.picture import Picture
@@ -35,7 +35,7 @@ _MAPS = (".zarr", ".nc")
 _OF_LOADS = ("deflection", "energy")
 
 
-@dataclass(frozen=True)
+@frozen
 class ViewedModel(Model):
     """What is drawn: a robot, or a map."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike
 from robostiff.compiled import Backend
 from robostiff.elastostatics.status import Status, StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen
 from robostiff.kinematics import JointCoordinates, Pose, Posture, actuator_names, posture_finder
 from robostiff.kinematics.closure.leg_forms import beyond_limits
 from robostiff.kinematics.machine_pose import actuator_places
@@ -52,12 +52,12 @@ class Axes(Enum):
     PATH = "path"
 
 
-@dataclass(frozen=True)
+@frozen
 class Mirror:
     """The wanted pose less the deviation there: positions by difference, R R_loaded^T R."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Exact:
     """The command is corrected by what is missing until nothing is.
 
@@ -70,7 +70,7 @@ class Exact:
     steps: int = 8
 
 
-@dataclass(frozen=True)
+@frozen
 class Compensation(StatusOfPoses, InNotebooks):
     """Commands for the points of a path, and what is left of the deviation.
 
@@ -251,7 +251,7 @@ def _along_path(points: np.ndarray, z: np.ndarray) -> np.ndarray:
     return np.stack([x, y, np.cross(x, y)], axis=-1)
 
 
-@dataclass(frozen=True)
+@frozen
 class _Commands:
     """Commands of a robot for wanted postures under wrenches."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import re
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.compensation.compensate import Compensation
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, Location
+from robostiff.frozen import frozen
 from robostiff.io.csv_table import CsvTable, OtherColumns, posture_columns, postures_of, read_table
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.machine_pose import actuator_places
@@ -23,7 +23,7 @@ from robostiff.whole_file import whole_file
 _EULER = re.compile(r"(?:[xyz]{3}|[XYZ]{3})\Z")
 
 
-@dataclass(frozen=True)
+@frozen
 class ProgramFile:
     """A path as a file has it.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robostiff.compiled.codes import ArrayCode, MachineCode, Rows, chunks_of, in_shares
+from robostiff.frozen import frozen, replace
 from robostiff.record import CLOSED, Program
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ _ENOUGH, _LEFT = 1e-8**2, 0.25
 _CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
 
 
-@dataclass(frozen=True)
+@frozen
 class StepCodes:
     """Steps one by one: the first ones, one from what the last handed on, and what follows them."""
 
@@ -47,7 +47,7 @@ class StepCodes:
         return StepCodes(*(program and program.by(code) for program in programs))  # pyright: ignore[reportArgumentType]
 
 
-@dataclass(frozen=True)
+@frozen
 class ClosedCode:
     """Runs a program of leg coordinates at poses, each closed by four to six steps; picklable."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from typing import Any, TypeAlias, TypeVar
 
@@ -13,13 +12,14 @@ import numpy as np
 
 from robostiff.compiled.one_pose import OnePose
 from robostiff.compiled.program_text import text_of
+from robostiff.frozen import frozen
 from robostiff.record import NUMPY_FUNCTIONS, Operation, Program
 
 #: Numbers at poses: an array (rows, N), or rows (N,) each at a place of its own.
 Rows: TypeAlias = np.ndarray | Sequence[np.ndarray]
 
 
-@dataclass(frozen=True)
+@frozen
 class Processor:
     """What code is compiled for."""
 
@@ -81,7 +81,7 @@ def functions_of(
     return found
 
 
-@dataclass(frozen=True)
+@frozen
 class VectorFunction:
     """A program as machine code for one processor."""
 
@@ -175,7 +175,7 @@ _Instruction = tuple[Any, Any, Any, int]
 OneCode = TypeVar("OneCode")
 
 
-@dataclass(frozen=True)
+@frozen
 class _Code:
     program: Program
 
@@ -198,7 +198,7 @@ class _Code:
         return code(self.program)
 
 
-@dataclass(frozen=True)
+@frozen
 class ArrayCode(_Code):
     """Runs a program on rows of poses by NumPy, without allocating memory as it goes.
 
@@ -278,7 +278,7 @@ class ArrayCode(_Code):
         return instructions, [where[k] for k in program.outputs], rows - first_row
 
 
-@dataclass(frozen=True)
+@frozen
 class MachineCode(_Code):
     """Runs a program on rows of poses as machine code, several poses an operation.
 

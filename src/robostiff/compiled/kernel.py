@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +20,7 @@ from robostiff.compiled.codes import (
 )
 from robostiff.compiled.outputs import Output, Rates
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen, replace
 from robostiff.record import Program
 from robostiff.spatial import Space
 
@@ -47,7 +47,7 @@ class NoMachineCodeWarning(RuntimeWarning):
     """The compiler of machine code is not installed: NumPy is used, some ten times slower."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Kernel:
     """Computes outputs at many poses from the record of one robot; picklable.
 

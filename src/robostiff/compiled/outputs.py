@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
 
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen
 from robostiff.record import Entry, derivatives_along, gradient, is_zero, plain_root
 from robostiff.spatial import Space, as_floats
 
@@ -48,7 +48,7 @@ class _OfTwists:
         return (space.size,) * self.dims
 
 
-@dataclass(frozen=True)
+@frozen
 class StiffnessMatrix(_OfTwists):
     """K about the reference point, world axes [N/m, N, N m]."""
 
@@ -60,7 +60,7 @@ class StiffnessMatrix(_OfTwists):
         return _both_triangles(robot.K, robot.space.size)
 
 
-@dataclass(frozen=True)
+@frozen
 class ComplianceMatrix(_OfTwists):
     """K^-1 about the reference point, world axes [m/N, 1/N, rad/(N m)]."""
 
@@ -81,7 +81,7 @@ class ComplianceMatrix(_OfTwists):
         return _both_triangles(inverse_entries(robot.factors), robot.space.size)
 
 
-@dataclass(frozen=True)
+@frozen
 class _UnderWrench(_OfTwists):
     wrench: tuple[float, ...]
 
@@ -105,7 +105,7 @@ class _UnderWrench(_OfTwists):
         return robot.factors.solved(list(self.wrench))
 
 
-@dataclass(frozen=True, init=False)
+@frozen
 class DeflectionUnder(_UnderWrench):
     """Twist of the reference point under a wrench about it, world axes [m, rad].
 
@@ -131,7 +131,7 @@ class DeflectionUnder(_UnderWrench):
         return self._twist(robot)
 
 
-@dataclass(frozen=True, init=False)
+@frozen
 class DisplacementUnder(_UnderWrench):
     """Size of the displacement of the reference point under a wrench about it [m].
 
@@ -148,7 +148,7 @@ class DisplacementUnder(_UnderWrench):
         return [plain_root(sum(x * x for x in self._twist(robot)[: robot.space.translations]))]
 
 
-@dataclass(frozen=True)
+@frozen
 class WorstDeflection(_OfTwists):
     """Largest displacement of the reference point per unit force, over all directions [m/N].
 
@@ -182,7 +182,7 @@ class WorstDeflection(_OfTwists):
         return eigenvalues([[inverse[min(i, j), max(i, j)] for j in d] for i in d])
 
 
-@dataclass(frozen=True)
+@frozen
 class PrincipalStiffness(_OfTwists):
     """Eigenvalues of the force-displacement and the moment-rotation block of K, ascending.
 
@@ -215,7 +215,7 @@ class PrincipalStiffness(_OfTwists):
         ]
 
 
-@dataclass(frozen=True)
+@frozen
 class EntryOf:
     """One entry of another output, such as ``EntryOf(StiffnessMatrix(), (2, 2))``.
 
@@ -260,7 +260,7 @@ class EntryOf:
         return gaps_of(self.of, robot)
 
 
-@dataclass(frozen=True)
+@frozen
 class TotalMass(_OfTwists):
     """Mass of all parts of the robot, as far as it is known [kg].
 
@@ -331,7 +331,7 @@ class Rates:
                 raise NoAnswerError(f"no {name} of {robot.name!r}: eigenvalues meet at every pose")
 
 
-@dataclass(frozen=True)
+@frozen
 class Derivative(Rates):
     """Derivative of another output with respect to a pose coordinate or a parameter.
 
@@ -372,7 +372,7 @@ class Derivative(Rates):
         return derivatives_along(robot.record, entries, direction)
 
 
-@dataclass(frozen=True)
+@frozen
 class Gradient(Rates):
     """Rates of one number with many inputs at once, by a sweep back through the record.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
 
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
 from robostiff.compiled import ComplianceMatrix, EntryOf, Gradient, Output, WorstDeflection
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, find_posture
 from robostiff.model import Robot
@@ -48,7 +48,7 @@ def kept_kernel(
     return compile_stiffness(robot, outputs, parameters=names)
 
 
-@dataclass(frozen=True)
+@frozen
 class NumbersOfDesigns:
     """Outputs of one number at some poses, and their rates with parameters."""
 

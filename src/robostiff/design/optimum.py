@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from functools import partial, reduce
 from typing import Any
@@ -15,6 +14,7 @@ from robostiff.compiled import Output, TotalMass
 from robostiff.design.numbers import NumbersOfDesigns, Poses
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen
 from robostiff.io.edited_file import write_parameters
 from robostiff.kept import kept_for_last
 from robostiff.markup import InNotebooks, number
@@ -34,7 +34,7 @@ _ROUNDED, _NO_DESCENT = 1e-9, 8
 _FAR = 1e6
 
 
-@dataclass(frozen=True)
+@frozen
 class Within:
     """A limit of a number at each pose: it is at most or at least so large [SI].
 
@@ -66,17 +66,17 @@ def mass_below(most: float) -> Within:
     return Within(TotalMass(), most=most)
 
 
-@dataclass(frozen=True)
+@frozen
 class Worst:
     """The largest of the numbers at all poses."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Mean:
     """The mean of the numbers at all poses."""
 
 
-@dataclass(frozen=True)
+@frozen
 class PNorm:
     """``(mean x^p)^(1/p)`` of the numbers at all poses: between their mean and the largest."""
 
@@ -102,7 +102,7 @@ class Ending(Enum):
         }[self]
 
 
-@dataclass(frozen=True)
+@frozen
 class Optimum(InNotebooks):
     """What `optimise` found.
 
@@ -164,7 +164,7 @@ class Optimum(InNotebooks):
         )
 
 
-@dataclass(frozen=True)
+@frozen
 class _Room:
     """By how much the legs close and the drives are within their limits, as parts."""
 

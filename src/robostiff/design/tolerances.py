@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -19,6 +18,7 @@ from robostiff.design.numbers import (
     parameters_like,
 )
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen
 from robostiff.io.expression import parse
 from robostiff.kinematics import JointCoordinates
 from robostiff.markup import InNotebooks, number, percent
@@ -36,7 +36,7 @@ _MOST_DRAWN = 2**15
 _WORST = WorstDeflection()
 
 
-@dataclass(frozen=True)
+@frozen
 class Uniform:
     """Evenly spread up to a half-width on both sides.
 
@@ -53,7 +53,7 @@ class Uniform:
         return _size(self.half_width, nominal, name) / 3**0.5
 
 
-@dataclass(frozen=True)
+@frozen
 class Normal:
     """Normally distributed.
 
@@ -96,7 +96,7 @@ class Estimate(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@frozen
 class Tolerances(InNotebooks):
     """Numbers of a robot whose parameters are spread.
 
@@ -295,7 +295,7 @@ def tolerances(
     )
 
 
-@dataclass(frozen=True)
+@frozen
 class _DrawnRobots:
     """A robot whose parameters are spread, compiled."""
 

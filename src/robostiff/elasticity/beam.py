@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -20,6 +19,7 @@ from robostiff.elasticity.checks import positive_numbers
 from robostiff.elasticity.material import Material
 from robostiff.elasticity.shapes import CrossSection
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import exact_number, move_compliance
 from robostiff.spatial.formula import exact_arrays, exact_together
 
@@ -164,7 +164,7 @@ def _assembled(entries: dict[tuple[int, int], Any]) -> np.ndarray:
     return matrix
 
 
-@dataclass(frozen=True)
+@frozen
 class UniformBeam:
     """A uniform beam, known by its compliance: x along it, clamped at its start."""
 
@@ -213,7 +213,7 @@ class BeamTheory(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@frozen
 class EulerBernoulli:
     """Slender beams: cross-sections stay normal to the axis, shear does not deform the beam.
 
@@ -228,7 +228,7 @@ class EulerBernoulli:
         return None, None
 
 
-@dataclass(frozen=True)
+@frozen
 class Timoshenko:
     """Stubby beams: shear adds ``L / (ky G A)`` to C[y, y] and ``L / (kz G A)`` to C[z, z].
 
@@ -376,7 +376,7 @@ def _by(
         return np.full((6, 6), np.inf)
 
 
-@dataclass(frozen=True)
+@frozen
 class SlenderBeam:
     """What the compliance of a uniform beam is made of, in the theory of Euler and Bernoulli.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from numbers import Real
 from typing import Any
@@ -12,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import in_si, refuse_quantities
 from robostiff.spatial.formula import exact_together, is_above, is_formula, is_possible
 
 
-@dataclass(frozen=True)
+@frozen
 class Bounds:
     """``low < value < high`` of a number of a part; InputError where that is certainly wrong.
 

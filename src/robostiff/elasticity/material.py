@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
@@ -16,10 +15,11 @@ from robostiff.elasticity.checks import (
     positive_number,
 )
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.spatial.formula import exact_together
 
 
-@dataclass(frozen=True)
+@frozen
 class Material:
     """Linear elastic material of a beam.
 

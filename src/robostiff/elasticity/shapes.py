@@ -9,7 +9,6 @@ numbers beside it then become exact.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from robostiff.elasticity.checks import (
@@ -19,6 +18,7 @@ from robostiff.elasticity.checks import (
     positive_number,
 )
 from robostiff.errors import InputError, needs_extra
+from robostiff.frozen import field, frozen
 from robostiff.spatial import full_turn
 from robostiff.spatial.formula import exact_number, exact_together, is_formula
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from sectionproperties.analysis.section import Section
 
 
-@dataclass(frozen=True)
+@frozen
 class CrossSection:
     """Cross-section of a beam along x, in its principal axes y and z through the centroid.
 

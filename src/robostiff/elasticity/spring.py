@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from robostiff.elasticity.beam import SlenderBeam, UniformBeam, uniform_beam
 from robostiff.elasticity.checks import Bounds, as_array, left_open, positive_number
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.spatial import as_floats
 from robostiff.spatial.compliance_modes import compliance_modes
 from robostiff.spatial.formula import (
@@ -25,7 +25,7 @@ from robostiff.spatial.formula import (
 )
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Elasticity:
     """Compliance and freedoms of an element, about its own point and in its own axes.
 

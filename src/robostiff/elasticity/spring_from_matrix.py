@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from robostiff.elasticity.checks import Bounds
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import (
     Space,
     as_floats,
@@ -25,7 +25,7 @@ from robostiff.spatial.formula import Entries, exact_arrays, formula_array
 _TWIST, _WRENCH = Space.SPATIAL.twist_order, Space.SPATIAL.wrench_order
 
 
-@dataclass(frozen=True)
+@frozen
 class MatrixKind:
     """Name, units and order of rows and columns of one kind of 6x6 matrix."""
 

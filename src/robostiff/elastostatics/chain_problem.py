@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 
 from robostiff.elastostatics.tolerance import Tolerance, smallest_compliance
+from robostiff.frozen import frozen, replace
 from robostiff.spatial import Space
 
 # Rounding that grows by more than this leaves no nine digits.
 _NINE_DIGITS = 1e-6
 
 
-@dataclass(frozen=True)
+@frozen
 class ChainProblem:
     """A chain in scaled coordinates, where translations and rotations are both lengths."""
 
@@ -118,7 +118,7 @@ class Form(ABC):
         return problem.costs_digits(K, problem.K0, problem.regularity)
 
 
-@dataclass(frozen=True)
+@frozen
 class Need:
     """Something that a form needs of a chain, and why."""
 

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from robostiff.elastostatics.status import PoseBatch
 from robostiff.elastostatics.tolerance import Tolerance, smallest_singular_value
+from robostiff.frozen import frozen
 from robostiff.spatial.batch import Bool, Float, product, transposed
 
 # Rounding grows by this much before an answer is no longer certain to nine digits.
 _FEW_DIGITS = 1e6
 
 
-@dataclass(frozen=True)
+@frozen
 class ConjugateWrenches(PoseBatch):
     """Wrenches that a leg transmits, in scaled coordinates.
 
@@ -234,7 +234,7 @@ def _elastic_rank(
     return rank, doubtful
 
 
-@dataclass(frozen=True)
+@frozen
 class LeastEnergy:
     """Shares of wrenches in parallel in a load, in scaled coordinates.
 

@@ -6,7 +6,6 @@ The block form (9), the recursive form (10) and (15), the saddle-point form (7),
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import chain
 from typing import ClassVar
 
@@ -22,6 +21,7 @@ from robostiff.elastostatics.chain_problem import (
     Need,
 )
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import Space
 from robostiff.spatial.batch import Float
 
@@ -70,7 +70,7 @@ def wrench_basis_stiffness(
     return K
 
 
-@dataclass(frozen=True)
+@frozen
 class WrenchBasis(Form):
     """Form K = W (W^T C W)^-1 W^T: holds always, unless a direction is rigid."""
 
@@ -120,7 +120,7 @@ def eliminate_block(
     return K0 - U @ np.linalg.solve(M, U_T)
 
 
-@dataclass(frozen=True)
+@frozen
 class Block(Form):
     """Form (9): all passive joints at once. Needs rank(J_theta) = n and independent joints."""
 
@@ -161,7 +161,7 @@ def eliminate_joint(
     return K - u[..., :, None] * (u / mu[..., None])[..., None, :]
 
 
-@dataclass(frozen=True)
+@frozen
 class Recursive(Form):
     """Form (10)/(15). Needs rank(J_theta) = n; redundant joints (mu = 0) are skipped.
 
@@ -247,7 +247,7 @@ def saddle_point_stiffness(
     return np.linalg.solve(saddle_point_matrix(C, J_q), np.eye(n + q, n))[..., :n, :]
 
 
-@dataclass(frozen=True)
+@frozen
 class SaddlePoint(Form):
     """Form (7). Needs independent joints and no rigid direction; C may be singular."""
 
@@ -347,7 +347,7 @@ def _has_oblique_joints(problem: ChainProblem) -> np.ndarray:
     return np.asarray(np.any(~along_axis & ~problem.redundant, axis=-1))
 
 
-@dataclass(frozen=True)
+@frozen
 class IndexRules(Form):
     """Rules (18)-(20): needs rank(J_theta) = n and every joint along a frame axis.
 

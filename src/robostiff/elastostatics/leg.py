@@ -7,7 +7,6 @@ a case. Legs in parallel add up, (12).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from robostiff.elastostatics.tolerance import (
     smallest_singular_value,
 )
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import Space, compliance_modes, move_stiffness
 from robostiff.spatial.batch import Bool, Float, poses_side_by_side
 
@@ -122,7 +122,7 @@ def wrenches_and_margins(
 SpringLoads = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
-@dataclass(frozen=True)
+@frozen
 class LegWrenches(PoseBatch):
     """Wrenches that a leg transmits, in scaled coordinates.
 

@@ -6,7 +6,7 @@ Also what is found of a machine beside its stiffness: its legs, their blocks, an
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import fields
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +17,7 @@ from robostiff.elastostatics.leg import LegWrenches, leg_wrenches, loads_of_comp
 from robostiff.elastostatics.result import CartesianStiffness
 from robostiff.elastostatics.status import PoseBatch
 from robostiff.elastostatics.tolerance import Tolerance, scaling
+from robostiff.frozen import field, frozen
 from robostiff.spatial import Space
 from robostiff.spatial.batch import Bool, Float
 
@@ -24,7 +25,7 @@ _ROUNDING = 4 * np.finfo(float).eps
 _NOTHING = 1e-13  # of a unit load
 
 
-@dataclass(frozen=True)
+@frozen
 class BlockCompliance(PoseBatch):
     """A parallel block as an element of a chain, about a point and in world axes.
 
@@ -229,7 +230,7 @@ def _on_bodies(
     return np.concatenate(placed, axis=-1)
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Details(CartesianStiffness):
     """What the direct form finds at poses: K about `origin`, where ranks are decided, and the legs.
 

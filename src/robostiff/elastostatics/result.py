@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +16,7 @@ from robostiff.elastostatics.tolerance import (
     smallest_held_stiffness,
 )
 from robostiff.errors import NoAnswerError
+from robostiff.frozen import frozen
 from robostiff.spatial import Space, move_stiffness
 from robostiff.spatial.batch import empty_batch
 
@@ -149,7 +149,7 @@ class StiffnessOfPoses(StatusOfPoses):
             )
 
 
-@dataclass(frozen=True)
+@frozen
 class CartesianStiffness(StiffnessOfPoses, PoseBatch):
     """K_C about a point, at one pose or a batch of poses, with rank, free motions and status.
 

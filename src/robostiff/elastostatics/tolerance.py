@@ -6,16 +6,16 @@ Matrices are scaled by a characteristic length.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import Space
 from robostiff.spatial.batch import Float, empty_batch, product, transposed
 
 
-@dataclass(frozen=True)
+@frozen
 class Tolerance:
     """When a direction counts as lost.
 
@@ -128,7 +128,7 @@ def last_moved(rates: np.ndarray, tolerance: Tolerance) -> np.ndarray:
     return found
 
 
-@dataclass(frozen=True)
+@frozen
 class RankDecision:
     """Decision of a rank: the values kept and dropped, and the tolerance.
 

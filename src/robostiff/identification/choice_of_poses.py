@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.states import FiniteLoads, States
@@ -31,21 +31,21 @@ _FORCES = "(3,) or (L, 3) [N]"
 _RANDOM = 200  # choices at random, to compare with
 
 
-@dataclass(frozen=True)
+@frozen
 class DOptimal:
     """The volume of the errors of all parameters: determinant of their covariance."""
 
     in_words: ClassVar[str] = "geometric mean of relative standard deviations"
 
 
-@dataclass(frozen=True)
+@frozen
 class AOptimal:
     """The sum of the squared relative errors of all parameters: trace of their covariance."""
 
     in_words: ClassVar[str] = "root mean square of relative standard deviations"
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class TestPose:
     """The error that is left at postures after compensation: trace of ``T C T^T``.
 
@@ -65,7 +65,7 @@ class TestPose:
     wrenches: Any
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@frozen(eq=False, repr=False)
 class ChosenPoses:
     """Postures to measure at.
 
@@ -323,7 +323,7 @@ def _wanted(
     return rates.reshape(-1, len(values)) / len(q) ** 0.5 * scale
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class _Judge:
     """A criterion of information matrices (..., n, n), small where they are good.
 

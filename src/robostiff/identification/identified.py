@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
 from enum import Flag
 from functools import cached_property, reduce
 from operator import or_
@@ -12,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen, replace
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.search import Fit, Robust, Squares, fitted
@@ -57,7 +57,7 @@ class FitStatus(Flag):
         return self.words
 
 
-@dataclass(frozen=True)
+@frozen
 class CrossValidation:
     """Errors at postures that a fit has not seen."""
 
@@ -67,7 +67,7 @@ class CrossValidation:
     rms_of_fit: float  #: that of the fit to all postures [m]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@frozen(eq=False, repr=False)
 class Identified(InNotebooks):
     """What `identify` found.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import compress
 from typing import Any
 
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, Words
+from robostiff.frozen import frozen
 from robostiff.identification.identified import Identified
 from robostiff.identification.measurement_kinds import MOTIONS, PLACES, Reading
 from robostiff.identification.measurements import Measurements
@@ -30,12 +30,12 @@ from robostiff.spatial import as_floats
 _ROUNDS = 20
 
 
-@dataclass(frozen=True)
+@frozen
 class UnknownFrames:
     """Neither the place of the instrument nor those of the markers are known."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class KnownFrames:
     """Places that are known; None where they are to be found, too.
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.errors import FileError, Location, Words, warn_of_slip
+from robostiff.frozen import frozen
 from robostiff.identification.measurement_kinds import (
     LoadAxes,
     Reading,
@@ -148,7 +148,7 @@ def read_measurements(
     return table.measurements(rows, table.lines)
 
 
-@dataclass(frozen=True)
+@frozen
 class _Table:
     """Columns of a file."""
 

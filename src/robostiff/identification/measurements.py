@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 from itertools import compress
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.identification.measurement_kinds import (
     LoadAxes,
     Reading,
@@ -34,7 +34,7 @@ _ARRAYS = {
 }
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@frozen(eq=False, repr=False)
 class Measurements:
     """N readings of markers on the platform of a robot that is loaded.
 

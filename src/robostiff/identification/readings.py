@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import compress
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.identification.measurement_kinds import MOTIONS, Reading
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.states import FiniteLoads, PlacesInStates, SmallLoads, States
@@ -19,7 +19,7 @@ from robostiff.spatial import skew
 from robostiff.spatial.rotation import vector_of_rotation
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class ReadingModel:
     """All readings of a campaign as functions of the unknowns.
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.identification.measurement_kinds import LoadAxes
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.unknowns import Identifiability, identifiability
@@ -21,12 +21,12 @@ _SAME_TURN, _TURNS = 1e-10, 6
 _LAST, _ENDS, _ROUNDING = 1e-7, 1e-12, 1e-14
 
 
-@dataclass(frozen=True)
+@frozen
 class Squares:
     """The sum of squares: the best estimate where errors are normal."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Robust:
     """``2 (sqrt(1 + z^2) - 1)`` in place of z^2, z in units of `scale` standard deviations.
 
@@ -40,7 +40,7 @@ class Robust:
             raise InputError("scale of a robust loss", got=self.scale, expected="more than zero")
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Fit:
     """Where a search ended, and what it began with."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.compiled import Backend, ComplianceMatrix, Derivative
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.identification.measurement_kinds import MOTIONS, LoadAxes
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.unknowns import Unknown
@@ -33,7 +33,7 @@ _NO_STRAIN = 1e-9
 _MANY = 5_000
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacesInStates:
     """Platforms in S states, and their rates with n parameters, in world axes.
 
@@ -51,7 +51,7 @@ class PlacesInStates:
     drive_rates: np.ndarray
 
 
-@dataclass(frozen=True)
+@frozen
 class States:
     """Different postures under different loads of a campaign, and those of its readings."""
 
@@ -134,7 +134,7 @@ class States:
         return cls(q, by_joints, W, levers, forces, sites, place[: len(measured)], references)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class FiniteLoads:
     """Equilibria with weights, by the kernel of the robot under load.
 
@@ -266,7 +266,7 @@ def _compliances(robot: Robot, names: tuple[str, ...], backend: Backend) -> Comp
     return compile_stiffness(robot, outputs, parameters=names, backend=backend)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class SmallLoads:
     """Displacements in proportion to loads, by the compliance matrix: ``t = C W``."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from enum import Enum
 from fnmatch import fnmatchcase
 from functools import partial
@@ -13,6 +12,7 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics import find_posture
 from robostiff.markup import number
@@ -47,7 +47,7 @@ class UnknownKind(Enum):
     FRAME = "frame"
 
 
-@dataclass(frozen=True)
+@frozen
 class Unknown:
     """A number that is to be found."""
 
@@ -311,7 +311,7 @@ _REPORTED = 0.9
 _PART = 1e-4  # of the largest entry of a null vector
 
 
-@dataclass(frozen=True)
+@frozen
 class Identifiability:
     """What some rates of readings tell of the unknowns, in sentences."""
 

@@ -8,13 +8,13 @@ import os
 import re
 from array import array
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, coordinate_units
 from robostiff.errors import FileError, InputError, Location, Words, warn_of_slip
+from robostiff.frozen import frozen, replace
 from robostiff.io.bounded_file import bounded_bytes
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantity, to_si
@@ -43,7 +43,7 @@ class OtherColumns(Enum):
     KEPT = "kept"
 
 
-@dataclass(frozen=True)
+@frozen
 class Column:
     """A column that is read."""
 
@@ -54,7 +54,7 @@ class Column:
     at: Location  # of its heading
 
 
-@dataclass(frozen=True)
+@frozen
 class CsvTable:
     """A table as its file has it."""
 

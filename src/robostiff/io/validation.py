@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import reduce
 from operator import getitem
@@ -17,6 +16,7 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import GenerateJsonSchema
 
 from robostiff.errors import FileError, InputError, Location, Words
+from robostiff.frozen import frozen
 from robostiff.io.document import Document
 from robostiff.io.suggest import did_you_mean, listing, nearest, phrase, shown, values
 
@@ -119,7 +119,7 @@ class Rank(IntEnum):
     MISSING_KEY = 2
 
 
-@dataclass(frozen=True)
+@frozen
 class Problem:
     """A mistake and its location."""
 

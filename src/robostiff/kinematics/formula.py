@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.closure.body import (
     ClosedLeg,
@@ -48,7 +48,7 @@ from robostiff.record import Entry, greater, is_one, is_zero, most_size, square_
 from robostiff.spatial.batch import product
 
 
-@dataclass(frozen=True)
+@frozen
 class FormulaPose:
     """A pose of the platform in the world.
 
@@ -75,7 +75,7 @@ class FormulaPose:
         return cls(turn_by_vector_of_entries(six[3:]), six[:3])
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedFormula:
     """A leg in the world, its entries recorded.
 
@@ -326,7 +326,7 @@ def place_leg(
     return _Layout(site, closed, weighs=weighs).whole()
 
 
-@dataclass(frozen=True)
+@frozen
 class Site:
     """A leg to be placed between its base and the platform."""
 

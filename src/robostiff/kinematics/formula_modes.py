@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics.closure.body import ClosedLeg, direction_across
 from robostiff.kinematics.closure.leg_forms import Post, RootSigns
 from robostiff.kinematics.closure.leg_solver import LegSolver
@@ -22,7 +22,7 @@ from robostiff.spatial import exact_number
 _EQUAL, _AT_HOME = 1e-9, 1e-12  # distances from home
 
 
-@dataclass(frozen=True)
+@frozen
 class OtherMode:
     """Why a leg closes in the mode of a record, and not in another one."""
 
@@ -62,7 +62,7 @@ def other_modes(
         yield OtherMode(nearer, *within)
 
 
-@dataclass(frozen=True)
+@frozen
 class _Mode:
     """A leg in one of its modes, at home."""
 

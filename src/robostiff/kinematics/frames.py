@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from robostiff.elasticity import Elasticity, beam_compliance
+from robostiff.frozen import frozen
 from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import (
     Chain,
@@ -39,7 +40,7 @@ from robostiff.spatial.batch import poses_side_by_side, product
 _EYE = np.eye(3)
 
 
-@dataclass(frozen=True)
+@frozen
 class Loop:
     """A branch of a parallel block, which must end where the first branch of the block does."""
 
@@ -63,7 +64,7 @@ class Loop:
         return np.sqrt(np.einsum("...i,...i->...", shift, shift)), turn
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedChain:
     """A chain in the world, with its end frame.
 

@@ -8,13 +8,13 @@ holds for it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics.closure.loops import (
     determine_pose,
     fitting_coordinates,
@@ -40,7 +40,7 @@ from robostiff.spatial import Frame, Space, exact_number
 _AT_HOME = 1e-9  # a coordinate that differs by less is the one that was given
 
 
-@dataclass(frozen=True)
+@frozen
 class Module:
     """A part of a hybrid machine, from one body to the next.
 

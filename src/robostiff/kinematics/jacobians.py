@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.model import (
     Actuated,
     PlacedBlock,
@@ -252,7 +252,7 @@ FEW = 32
 _GIVEN = Actuated(StiffnessLaw((1.0, 0.0)))
 
 
-@dataclass(frozen=True)
+@frozen
 class LegsTogether:
     """Legs that are alike."""
 

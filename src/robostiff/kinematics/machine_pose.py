@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.model import Actuated, Robot
 from robostiff.spatial import as_floats
 
 _SHORTEST = 1e-12  # of an axis: below it there is no direction
 
 
-@dataclass(frozen=True)
+@frozen
 class ActuatorCoordinates:
     """A posture given by the coordinates of the actuated joints; all others follow.
 
@@ -107,7 +107,7 @@ def coordinates_of_drives(
     return np.concatenate([np.zeros((*batch, 0)), *each], axis=-1)
 
 
-@dataclass(frozen=True)
+@frozen
 class ToolPose:
     """A pose given by the tip of the tool and the direction of its axis, as for milling.
 

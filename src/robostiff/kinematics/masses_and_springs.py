@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from difflib import get_close_matches
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.frames import ChainWalk, Way
 from robostiff.kinematics.posture import Posture
@@ -94,7 +94,7 @@ def with_body_springs(posture: Posture) -> Snapshot:
     return replace(posture.snapshot, springs=tuple(placed))
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedBody:
     """A frame in which points of a body are given."""
 

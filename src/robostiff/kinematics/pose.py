@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, warn_of_slip
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
@@ -32,7 +32,7 @@ _AT_ONCE = 64  # poses whose numbers are compared side by side
 _OPPOSITE = 1e-9  # of a half turn: the shortest way there has no direction
 
 
-@dataclass(frozen=True)
+@frozen
 class JointCoordinates:
     """A posture given by the joint coordinates of a serial arm.
 
@@ -62,7 +62,7 @@ class Given(Enum):
     TOOL = "tip and axis of the tool, which turns about it as the legs demand"
 
 
-@dataclass(frozen=True)
+@frozen
 class PoseRequest:
     """Postures that are asked for, one in each row."""
 

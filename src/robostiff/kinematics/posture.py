@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from robostiff.frozen import frozen
 from robostiff.kinematics.closure.leg_forms import beyond_limits
 from robostiff.model import Leg, Passive, Robot, Snapshot, StiffnessLaw, Telescope
 
 _REACHED = 1e-7
 
 
-@dataclass(frozen=True)
+@frozen
 class Posture:
     """A robot at a batch of poses, one a row.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.closure import (
     LegSolver,
@@ -394,7 +394,7 @@ def reach(robot: Robot, home_pose: np.ndarray) -> float:
     return size if size > rounding else 1.0
 
 
-@dataclass(frozen=True)
+@frozen
 class LegPosture:
     """One posture in which a leg reaches a pose.
 

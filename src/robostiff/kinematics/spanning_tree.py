@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Generic, Protocol, TypeVar
+
+from robostiff.frozen import frozen
 
 
 class _Connecting(Protocol):
@@ -24,7 +25,7 @@ Edge = TypeVar("Edge", bound=_Connecting)
 Node = TypeVar("Node")
 
 
-@dataclass(frozen=True)
+@frozen
 class SpanningTree(Generic[Edge]):
     """Which connections lead to the bodies, and which close loops."""
 

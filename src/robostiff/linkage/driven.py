@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.machine_pose import coordinates_of_drives
@@ -36,7 +36,7 @@ _TURN, _SLIDE, _NEARER, _SHRINKS = 0.2, 0.1, 0.2, 5
 _FREE, _REGULAR, _ROUNDING = 1e-12, 1e-3, 1e-16
 
 
-@dataclass(frozen=True)
+@frozen
 class DrivenLinkage:
     """The part of a linkage between base and platform, and the joints that drive it.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.elasticity import moved
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.closure import AssemblyMode, ClosurePart, Loops, follow, nearest
 from robostiff.kinematics.closure.assembly_mode import Followed
@@ -31,7 +31,7 @@ DriveValues = ArrayLike | Mapping[str, ArrayLike]
 """Coordinates of driven joints: all of them in the last axis, or numbers for each by name."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Connection:
     """A connection of two bodies: a joint, an elastic part, or a weld.
 
@@ -94,7 +94,7 @@ class Connection:
         return np.array(self.element.home if isinstance(self.element, Joint) else (), dtype=float)
 
 
-@dataclass(frozen=True)
+@frozen
 class Linkage(Symbolic, Subject):
     """Bodies connected in any way, one of which is fixed.
 
@@ -261,7 +261,7 @@ PART_OF_A_TURN = 1.0
 _FURTHEST = 1_000.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Configuration:
     """A linkage at joint coordinates.
 
@@ -332,7 +332,7 @@ class Configuration:
         return max(self.gaps.items(), key=lambda gap: max(gap[1][0] / self.length, gap[1][1]))
 
 
-@dataclass(frozen=True)
+@frozen
 class MovedBodies:
     """The bodies of a linkage as moving frames; a posture x has the coordinates of its tree."""
 
@@ -382,7 +382,7 @@ def moved_bodies(linkage: Linkage) -> MovedBodies:
     return MovedBodies(tree, frames, tuple(joints), places)
 
 
-@dataclass(frozen=True)
+@frozen
 class LoopsOfLinkage:
     """The loops of a linkage that some of its joints may close."""
 

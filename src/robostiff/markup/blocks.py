@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol
 
 from robostiff.errors import printable
+from robostiff.frozen import field, frozen
 from robostiff.markup.numbers import number, shown_matrix
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _NARROW, _LONG = 3, 12  # columns and rows
 
 
-@dataclass(frozen=True)
+@frozen
 class Number:
     """A number with its unit; pages show five digits and keep all of them."""
 
@@ -36,7 +36,7 @@ class Tone(Enum):
     WARNING = "warning"
 
 
-@dataclass(frozen=True)
+@frozen
 class Paragraph:
     """A paragraph."""
 
@@ -44,14 +44,14 @@ class Paragraph:
     tone: Tone = Tone.PLAIN
 
 
-@dataclass(frozen=True)
+@frozen
 class Heading:
     """A heading inside a section."""
 
     text: str
 
 
-@dataclass(frozen=True)
+@frozen
 class Bullets:
     """A list of sentences; warnings stand out."""
 
@@ -59,14 +59,14 @@ class Bullets:
     tone: Tone = Tone.PLAIN
 
 
-@dataclass(frozen=True)
+@frozen
 class Facts:
     """A list of names and values."""
 
     rows: tuple[tuple[str, str], ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Table:
     """A table; the first cell of each row names it.
 
@@ -96,7 +96,7 @@ class Table:
         return numeric or (False,) * len(self.header)
 
 
-@dataclass(frozen=True)
+@frozen
 class BlockUnits:
     """Units of the blocks of a matrix between twists and wrenches.
 
@@ -118,7 +118,7 @@ STIFFNESS_UNITS = BlockUnits("N/m", "N/rad", "N m/rad")
 COMPLIANCE_UNITS = BlockUnits("m/N", "rad/N", "rad/(N m)")
 
 
-@dataclass(frozen=True)
+@frozen
 class LabelledMatrix:
     """A symmetric, semidefinite matrix between twists and wrenches.
 
@@ -144,14 +144,14 @@ class LabelledMatrix:
         return next(turns, len(self.columns))
 
 
-@dataclass(frozen=True)
+@frozen
 class Verbatim:
     """Text as it is, line by line."""
 
     text: str
 
 
-@dataclass(frozen=True)
+@frozen
 class Folded:
     """Blocks that are collapsed below a title: shown on paper, left out of text."""
 
@@ -159,14 +159,14 @@ class Folded:
     blocks: tuple[Block, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class SideBySide:
     """Columns of blocks beside each other if there is room."""
 
     columns: tuple[Block | tuple[Block, ...], ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Section:
     """Blocks below a title, with a name in links; those that are None are left out."""
 
@@ -214,7 +214,7 @@ def inner_blocks(block: Block) -> tuple[Block, ...]:
     return ()
 
 
-@dataclass(frozen=True)
+@frozen
 class Page:
     """What is said of a result, in every format.
 

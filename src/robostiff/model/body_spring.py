@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.model.checks import vector3
 from robostiff.spatial import as_float
 from robostiff.spatial.formula import is_formula
@@ -17,7 +17,7 @@ from robostiff.spatial.formula import is_formula
 BASE, PLATFORM = "base", "platform"
 
 
-@dataclass(frozen=True)
+@frozen
 class BodyPoint:
     """A point of a body of a robot.
 
@@ -37,7 +37,7 @@ class BodyPoint:
         object.__setattr__(self, "at", vector3(f"point of a spring on {self.body!r}", self.at))
 
 
-@dataclass(frozen=True)
+@frozen
 class BodySpring:
     """A spring between points of two bodies; it pulls or pushes along the line between them.
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.subject import Coordinate, Subject, pose_coordinates
 from robostiff.spatial import Frame, Space, refuse_quantities
@@ -15,7 +15,7 @@ from robostiff.spatial import Frame, Space, refuse_quantities
 _IN_PLANE = 1e-9  # [m]
 
 
-@dataclass(frozen=True)
+@frozen
 class Cable:
     """A cable from an eyelet of the base to a point of the platform, with its winch.
 
@@ -91,7 +91,7 @@ class Cable:
             )
 
 
-@dataclass(frozen=True)
+@frozen
 class Weight:
     """A force that keeps its direction in the world and acts at a point of a body.
 
@@ -112,7 +112,7 @@ class Weight:
             object.__setattr__(self, attribute, _numbers("weight", vector))
 
 
-@dataclass(frozen=True)
+@frozen
 class CableRobot(Subject):
     """A rigid platform suspended in cables, or tensioned by them.
 

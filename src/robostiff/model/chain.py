@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.model.checks import check_distinct, coordinate_array, vector3
 from robostiff.model.coupled_joints import Coupling, Transmission, transmission
 from robostiff.model.joint import Actuated, Joint, Locked, Role
@@ -19,7 +19,7 @@ from robostiff.spatial import CoupledScrew, Frame, Screw
 from robostiff.spatial.formula import Entries, is_formula
 
 
-@dataclass(frozen=True)
+@frozen
 class Branch:
     """A chain from the body before a block to the body after it.
 
@@ -43,7 +43,7 @@ class Branch:
         object.__setattr__(self, "end", Frame.of(self.end))
 
 
-@dataclass(frozen=True)
+@frozen
 class ParallelBlock:
     """Branches side by side between two bodies of a chain.
 
@@ -130,7 +130,7 @@ class _Movable(NamedTuple):
     leads: bool  # to the end; only the first branch of a block does
 
 
-@dataclass(frozen=True)
+@frozen
 class Chain:
     """Elements in series, from base to platform.
 

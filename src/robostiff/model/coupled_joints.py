@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import islice, permutations
 from typing import Any, cast
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.model.joint import Actuated, Joint, Locked, Passive
 from robostiff.spatial import refuse_quantities
 from robostiff.spatial.formula import Scalar, exact_together, is_formula
@@ -19,7 +19,7 @@ _ROUNDING = 1e-9  # part of a factor: less is left of a sum that others contain
 _ORDERS = 120  # in which couplings choose the joints that follow
 
 
-@dataclass(frozen=True)
+@frozen
 class Coupling:
     """A sum of joint coordinates of one chain, ``s = a_1 q_1 + a_2 q_2 + ...``, and what holds it.
 
@@ -125,7 +125,7 @@ def coupling(
     return Coupling(((joint, 1.0), (follows, -ratio)), Locked(stiffness), offset, name)
 
 
-@dataclass(frozen=True)
+@frozen
 class Transmission:
     """How the coordinates p of a chain move its joints, ``q = T p``, ``p = A q``."""
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from robostiff.elasticity import BeamTheory, CrossSection, Elasticity, Material
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.model.batched import BatchedPart
 from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.link import beam_link
@@ -17,7 +16,7 @@ from robostiff.spatial.formula import is_formula, vanishes
 _SAME_PLACE = 1e-9  # of the size of the platform
 
 
-@dataclass(frozen=True)
+@frozen
 class PlatformNode:
     """A small rigid body of the platform.
 
@@ -35,7 +34,7 @@ class PlatformNode:
         object.__setattr__(self, "at", vector3(f"node {self.name!r} of the platform", self.at))
 
 
-@dataclass(frozen=True)
+@frozen
 class PlatformPart:
     """A connection of two nodes: a beam, a spring, or a rigid member."""
 
@@ -49,7 +48,7 @@ class PlatformPart:
     masses: tuple[Mass, ...] = ()  #: spread evenly from node a to node b
 
 
-@dataclass(frozen=True)
+@frozen
 class FlexiblePlatform:
     """Nodes that hold the legs and the tool, and the elastic parts between them.
 
@@ -195,7 +194,7 @@ def rigid_member(a: PlatformNode, b: PlatformNode, name: str = "rigid") -> Platf
     return PlatformPart(name, a.name, b.name, b.at, np.eye(3), Elasticity(np.zeros((6, 6))))
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedPlatform(BatchedPart):
     """A flexible platform in the world."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from robostiff.elasticity.checks import positive_number
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.model.checks import (
     are_parallel,
     axis_across,
@@ -35,12 +35,12 @@ class JointKind(Enum):
     PLANAR = "planar"
 
 
-@dataclass(frozen=True)
+@frozen
 class Passive:
     """A joint that turns or slides without resistance."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Actuated:
     """A joint held by its drive.
 
@@ -75,7 +75,7 @@ class Actuated:
                 self.stiffness.check(self.limits)
 
 
-@dataclass(frozen=True)
+@frozen
 class Locked:
     """A joint that keeps its home coordinate.
 
@@ -94,7 +94,7 @@ class Locked:
 Role = Passive | Actuated | Locked
 
 
-@dataclass(frozen=True)
+@frozen
 class Joint:
     """A joint of a chain; build it with `revolute`, `prismatic`, `helical` and their like.
 

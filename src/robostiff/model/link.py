@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -20,6 +19,7 @@ from robostiff.elasticity import (
 )
 from robostiff.elasticity.checks import Bounds
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.model.checks import axis_across, finite_coordinates, unit_vector, vector3
 from robostiff.model.entries import formulas
 from robostiff.model.joint import Role
@@ -42,7 +42,7 @@ from robostiff.spatial.formula import (
 _ALONG = 1e-6
 
 
-@dataclass(frozen=True)
+@frozen
 class Rigid:
     """A rigid part: the next element begins `transform` away.
 
@@ -64,7 +64,7 @@ class Rigid:
         object.__setattr__(self, "transform", Frame.of(self.transform))
 
 
-@dataclass(frozen=True)
+@frozen
 class Link:
     """An elastic part that runs `to` a point of the present frame, whose axes it keeps.
 
@@ -91,7 +91,7 @@ class Link:
         object.__setattr__(self, "masses", masses_of(self.masses))
 
 
-@dataclass(frozen=True)
+@frozen
 class TelescopicBeam:
     """One beam of a telescopic leg; its length is ``fixed + share * extension``.
 
@@ -149,7 +149,7 @@ class TelescopicBeam:
         return None if density is None else density * self.section.A * length
 
 
-@dataclass(frozen=True)
+@frozen
 class Telescope:
     """A leg of variable length along `direction`: a slide, and the beams that it lengthens.
 

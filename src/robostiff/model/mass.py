@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from robostiff.elasticity.checks import Bounds
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.model.batched import BatchedPart
 from robostiff.model.checks import vector3
 from robostiff.record import Entry, is_zero, usual_size
@@ -26,7 +26,7 @@ _AXES = {"x": 0, "y": 1, "z": 2}
 _GRAVITY = "three numbers [m/s^2], or the axis along which it points, such as -z"
 
 
-@dataclass(frozen=True)
+@frozen
 class Mass:
     """A mass that a part of a robot carries.
 
@@ -236,7 +236,7 @@ def gravity_vector(subject: str, value: Any) -> np.ndarray:
 _SAME = 1e-12  # of a part of a length: rounding at the samples
 
 
-@dataclass(frozen=True)
+@frozen
 class PointMass:
     """A mass at a point of a body."""
 
@@ -245,7 +245,7 @@ class PointMass:
     point: np.ndarray  # (3,): at the unloaded posture [m]
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedMass(BatchedPart):
     """A mass in the world."""
 

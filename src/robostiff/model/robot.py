@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from typing import Any, ClassVar
@@ -11,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen, replace
 from robostiff.model.body_spring import BodySpring, refuse_springs
 from robostiff.model.chain import Chain
 from robostiff.model.checks import check_distinct, vector3
@@ -37,7 +37,7 @@ class Elbow(Enum):
     MINUS = "minus"
 
 
-@dataclass(frozen=True)
+@frozen
 class Leg:
     """A chain from a frame of the base to a frame of the platform.
 
@@ -82,7 +82,7 @@ class Leg:
             )
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Robot(Symbolic, Subject):
     """A serial or parallel robot.
 

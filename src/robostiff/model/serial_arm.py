@@ -7,13 +7,13 @@ rigid part for every link between them.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.model.chain import Chain, Element
 from robostiff.model.checks import check_distinct
 from robostiff.model.joint import Actuated, prismatic, revolute
@@ -45,7 +45,7 @@ class DHConvention(Enum):
     MODIFIED = "modified"
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class DHRow:
     """A row of a table of Denavit and Hartenberg.
 

@@ -7,12 +7,12 @@ down directly. Every array may have leading batch axes: many poses of one robot.
 from __future__ import annotations
 
 from collections.abc import Container, Iterator
-from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from robostiff.elasticity import Elasticity
+from robostiff.frozen import frozen, replace
 from robostiff.model.batched import BatchedPart
 from robostiff.model.body_spring import refuse_springs
 from robostiff.model.chain import block_in_words
@@ -27,7 +27,7 @@ _ROUNDING = 1e-12  # of a coordinate: closer points are one
 _POINT = 1e-6  # of the size with its beams: a robot that small is a point
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedFreedom(BatchedPart, Screw):
     """A freedom of a joint in the world: a unit screw with a name and a role.
 
@@ -69,7 +69,7 @@ class PlacedFreedom(BatchedPart, Screw):
         return k if k.ndim else float(k)
 
 
-@dataclass(frozen=True)
+@frozen
 class CoupledFreedom(PlacedFreedom):
     """A coordinate of coupled joints in the world: it moves several joints of its leg.
 
@@ -101,7 +101,7 @@ class CoupledFreedom(PlacedFreedom):
         return whole
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedSpring(BatchedPart):
     """An elastic part in the world."""
 
@@ -111,7 +111,7 @@ class PlacedSpring(BatchedPart):
     elasticity: Elasticity  #: about its far end, in its own axes; it may have batch axes
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedBlock(BatchedPart):
     """Branches in parallel inside a leg; each runs from the body before them to the body after."""
 
@@ -119,7 +119,7 @@ class PlacedBlock(BatchedPart):
     branches: tuple[PlacedLeg, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedBodySpring(BatchedPart):
     """A spring between points of two bodies, in the world.
 
@@ -139,7 +139,7 @@ class PlacedBodySpring(BatchedPart):
 PlacedElement = PlacedFreedom | PlacedSpring | PlacedBlock
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedLeg(BatchedPart):
     """A chain in the world, base to platform; whatever lies between its elements is rigid.
 
@@ -223,7 +223,7 @@ class PlacedLeg(BatchedPart):
         return (e for e in self.parts if isinstance(e, PlacedSpring))
 
 
-@dataclass(frozen=True)
+@frozen
 class Snapshot(BatchedPart, FrozenSubject):
     """A robot at one pose, or at a batch of poses.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -11,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import as_floats
 from robostiff.spatial.formula import is_formula
 
 
-@dataclass(frozen=True)
+@frozen
 class StiffnessLaw:
     """Stiffness of a drive by its coordinate x, a ratio of polynomials ``k(x) = a(x) / b(x)``.
 
@@ -96,7 +96,7 @@ class StiffnessLaw:
         return ForceFromStiffness(a, b, float(x0))
 
 
-@dataclass(frozen=True)
+@frozen
 class ForceFromStiffness:
     """What a drive stores and how it resists, by its motion q from the coordinate `start`."""
 
@@ -151,7 +151,7 @@ _ROUNDING, _INEXACT = 1e-13, 1e-8
 _DECADES = 9
 
 
-@dataclass(frozen=True)
+@frozen
 class ForceLaw:
     """Force of a joint by its motion q from the unloaded posture, in place of ``k q``.
 

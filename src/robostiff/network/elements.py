@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -21,6 +20,7 @@ from robostiff.elasticity import (
 )
 from robostiff.elasticity.beam import DEFAULT_THEORY
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.model import PlacedFreedom, PlacedMass, beam_axes
 from robostiff.model.checks import vector3
 from robostiff.model.link import axes_towards, beam_mass
@@ -30,7 +30,7 @@ from robostiff.spatial.batch import Float
 _ROUNDING = 1e-9  # of the length of a beam
 
 
-@dataclass(frozen=True)
+@frozen
 class Node:
     """A rigid body, with six displacements about its own point.
 
@@ -49,7 +49,7 @@ class Node:
     masses: tuple[PlacedMass, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class NodeForce:
     """A force (3,) [N] at a point (3,) [m] of a node, world axes."""
 
@@ -58,7 +58,7 @@ class NodeForce:
     point: np.ndarray
 
 
-@dataclass(frozen=True)
+@frozen
 class BeamElement:
     """A straight beam whose ends are rigidly attached to two nodes.
 
@@ -119,7 +119,7 @@ def find_properties(beams: Iterable[BeamElement]) -> None:
             vars(beam)["tip_compliance"] = C_own
 
 
-@dataclass(frozen=True)
+@frozen
 class SpringElement:
     """An elastic part between two nodes that sits at one point.
 
@@ -147,7 +147,7 @@ class SpringElement:
     masses: tuple[PlacedMass, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class JointElement:
     """A joint between two nodes; without freedoms it is a weld.
 
@@ -183,7 +183,7 @@ class JointElement:
 Element = BeamElement | SpringElement | JointElement
 
 
-@dataclass(frozen=True)
+@frozen
 class CouplingElement:
     """A gear or differential: a held sum of coordinates of joints."""
 
@@ -294,7 +294,7 @@ def beam_stiffness_12(
     return B.T @ tip_stiffness @ B
 
 
-@dataclass(frozen=True)
+@frozen
 class DistributedForce:
     """A uniform force along a whole beam, on its axis.
 
@@ -307,7 +307,7 @@ class DistributedForce:
     per_length: ArrayLike
 
 
-@dataclass(frozen=True)
+@frozen
 class ForceOnBeam:
     """A force at a point of the axis of a beam.
 
@@ -323,7 +323,7 @@ class ForceOnBeam:
     distance: float
 
 
-@dataclass(frozen=True)
+@frozen
 class BeamLoad:
     """What the loads of a beam do when its start is clamped and its end free, in its axes."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from robostiff.elastostatics import Tolerance, matrix_length, scaling, transmitted_wrenches
 from robostiff.elastostatics.tolerance import check_compliance_in_plane, check_joints_in_plane
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.network.elements import (
     BeamElement,
@@ -28,7 +28,7 @@ _DENSE = 1e3
 _SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
 
 
-@dataclass(frozen=True)
+@frozen
 class Motion:
     """How some nodes move against one another at a beam, spring, joint or coupling.
 
@@ -78,7 +78,7 @@ def coupled_motion(
     return Motion(own.name, ends, np.array([[S]]), np.zeros((len(rows), 0)))
 
 
-@dataclass(frozen=True)
+@frozen
 class ElementGroup:
     """Elements that transmit as many wrenches and have as many freedoms; see `Motion`."""
 
@@ -251,7 +251,7 @@ def _in_space(
 _FAR = 10.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Equations:
     """A network made of scaled matrices.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from robostiff.elastostatics import Tolerance
+from robostiff.frozen import frozen
 from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import connected_parts, independent_parts
 from robostiff.network.equations import Equations
@@ -131,7 +131,7 @@ def matrix_of_blocks(
     return coo_array((values, np.divmod(place, shape[1])), shape=shape).tocsc()
 
 
-@dataclass(frozen=True)
+@frozen
 class Mechanism:
     """Motions of some bodies without resistance."""
 
@@ -147,7 +147,7 @@ class Mechanism:
         return [n for n, s in zip(self.nodes, size, strict=True) if s > _STILL * size.max()]
 
 
-@dataclass(frozen=True)
+@frozen
 class Mobility:
     """Mechanisms of a network with some nodes fixed."""
 

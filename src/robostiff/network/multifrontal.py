@@ -11,10 +11,11 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+
+from robostiff.frozen import frozen
 
 # Bodies that are no longer divided, and those of whose columns a remainder is made.
 _LEAF, _STRIP = 16, 16
@@ -119,7 +120,7 @@ def lower_blocks(
 Panel = tuple[np.ndarray, np.ndarray]
 
 
-@dataclass(frozen=True)
+@frozen
 class CholeskyFactors:
     """``K = L L^T`` of bodies with n displacements each.
 

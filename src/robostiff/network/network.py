@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.model import (
     CoupledFreedom,
     PlacedBlock,
@@ -37,7 +38,7 @@ from robostiff.spatial import Space
 _ROUNDING = 1e-12  # of a coordinate: closer points are one
 
 
-@dataclass(frozen=True)
+@frozen
 class Network(FrozenSubject):
     """Rigid bodies and elements between them, at one pose in world coordinates.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import field, frozen
 from robostiff.markup import InNotebooks
 from robostiff.network.elements import BeamLoad, DistributedForce, ForceOnBeam, beam_load, resultant
 from robostiff.network.equations import equations_of
@@ -25,7 +25,7 @@ _ON_BEAMS = (DistributedForce, ForceOnBeam)
 _GAP = 1e-9
 
 
-@dataclass(frozen=True)
+@frozen
 class SectionForces:
     """What the part of a beam beyond a section exerts on the part before it, in the beam's axes.
 
@@ -39,7 +39,7 @@ class SectionForces:
     end: np.ndarray
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class NetworkResponse(InNotebooks):
     """Displacements, reactions and internal loads of a network under loads.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -14,6 +13,7 @@ import numpy as np
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.tolerance import last_moved
 from robostiff.errors import NoAnswerError
+from robostiff.frozen import frozen
 from robostiff.kept import kept
 from robostiff.kinematics.spanning_tree import independent_parts
 from robostiff.network.equations import Equations, Motion
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 _SHARED = 1e-6
 
 
-@dataclass(frozen=True)
+@frozen
 class Redundancy:
     """Dependent constraints of a network with some nodes fixed."""
 
@@ -154,7 +154,7 @@ _LARGE = 3000
 _NEAR = 1e-6
 
 
-@dataclass(frozen=True)
+@frozen
 class AlikeConnections:
     """Connections that resist as many motions at as many ends: rows ``A x = S f`` of a network."""
 
@@ -164,7 +164,7 @@ class AlikeConnections:
     A: np.ndarray  # (N, m, e, n): of the displacements of these
 
 
-@dataclass(frozen=True)
+@frozen
 class NetworkMatrix:
     """``[[0, A^T], [A, -S]]`` of all bodies, the fixed ones and the platform among them."""
 
@@ -249,7 +249,7 @@ def network_matrix(equations: Equations) -> NetworkMatrix:
     return NetworkMatrix(size, tuple(parts), rows_of, wrench_rows)
 
 
-@dataclass(frozen=True)
+@frozen
 class CondensedSystem:
     """A saddle-point system without its wrenches, factorised, its platform free or fixed.
 
@@ -344,7 +344,7 @@ def _of_bodies(
     yield nodes[:, None], (pinned[nodes][:, :, None] * np.eye(pinned.shape[1]))[:, None, None]
 
 
-@dataclass(frozen=True)
+@frozen
 class SaddlePointSystem:
     """``[[0, A^T], [A, -S]] [x; f] = [F; 0]`` of all bodies, and its solution.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +19,7 @@ from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
 from robostiff.elastostatics.leg import loads_of_modes, transmitted
 from robostiff.elastostatics.tolerance import smallest_held_stiffness
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen, replace
 from robostiff.model import Actuated
 from robostiff.network.elements import JointElement, NodeForce
 from robostiff.network.equations import Equations, equations_of
@@ -249,7 +249,7 @@ _BALANCED = 1e-6
 _STILL = 1e-9
 
 
-@dataclass(frozen=True)
+@frozen
 class InternalLoads:
     """Loads in the parts of a network.
 
@@ -272,7 +272,7 @@ class InternalLoads:
     actuators: tuple[tuple[str, str, float, float, str], ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class LoadedNetwork:
     """The solution of the equations of a network under a right side.
 

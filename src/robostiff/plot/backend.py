@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from enum import Enum
 from importlib.resources import files
 from io import StringIO
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from robostiff.errors import InputError, needs_extra
+from robostiff.frozen import frozen
 from robostiff.plot.picture import Bands, Bars, Curves, Field, Matrix, Picture, Scene, with_words
 from robostiff.plot.theme import Palette, Theme
 
@@ -44,7 +44,7 @@ class Width(Enum):
     FULL = 170.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Matplotlib:
     """Draws on Matplotlib's axes, those of a new figure or those given; shows and saves nothing.
 
@@ -115,7 +115,7 @@ class Matplotlib:
         return written.getvalue()
 
 
-@dataclass(frozen=True)
+@frozen
 class Plotly:
     """Draws scenes as figures of Plotly, to be turned in a browser; shows and writes nothing.
 
@@ -139,7 +139,7 @@ class Plotly:
         return plotly_figure(picture, self.theme.palette)
 
 
-@dataclass(frozen=True)
+@frozen
 class PictureData:
     """Returns pictures themselves, as data: their lines, marks, colours and words."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from robostiff.analysis import Deflection
+from robostiff.frozen import frozen
 from robostiff.model import PlacedLeg, Snapshot
 from robostiff.model.snapshot import PlacedBlock
 from robostiff.network import Network, network_of_snapshot, network_under_loads
@@ -17,7 +17,7 @@ from robostiff.spatial import move_wrench, skew
 from robostiff.statics import BodyPlaces
 
 
-@dataclass(frozen=True)
+@frozen
 class BodyMotion:
     """A motion by which a point X of a body moves by ``D X + t``, small or far."""
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robostiff.analysis import CableResponse, Deflection
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
+from robostiff.frozen import frozen, replace
 from robostiff.markup import prefixed, quantity, short
 from robostiff.plot.displacement import motion_under, spatial
 from robostiff.plot.outline import outline_of
@@ -40,7 +40,7 @@ _IN_ROBOT = 0.22  # of the robot: the longest semi-axis where its scale is chose
 _LARGEST = 1.0  # of the robot: the longest semi-axis anywhere
 
 
-@dataclass(frozen=True)
+@frozen
 class Layers:
     """A machine under a load as it is drawn, layer by layer."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from robostiff.analysis.maps.variables import status_flags, status_words
 from robostiff.errors import InputError, needs_extra
+from robostiff.frozen import frozen
 from robostiff.markup import number, prefixed, short
 from robostiff.plot.picture import REGIONS, Category, PlotAxis, Region
 
@@ -68,7 +68,7 @@ def classes(dataset: xarray.Dataset, variable: str) -> tuple[Region, ...]:
 At = Mapping[str, float | str | int]
 
 
-@dataclass(frozen=True)
+@frozen
 class Selection:
     """A quantity over some coordinates of a map."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from matplotlib.transforms import ScaledTranslation
 from mpl_toolkits.mplot3d import Axes3D
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.markup import number, short
 from robostiff.plot.picture import (
     Bands,
@@ -68,7 +68,7 @@ def style(palette: Palette) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True)
+@frozen
 class Canvas:
     """Axes to draw on, or none yet; the width of a new figure [inches]."""
 

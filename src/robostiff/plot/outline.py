@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import singledispatch
 from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import frozen
 from robostiff.kept import kept
 from robostiff.markup import quantity
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Role, Snapshot
@@ -27,7 +27,7 @@ _LISTED = 8  # parts of a network that have names in the legend
 _GROUND = ""
 
 
-@dataclass(frozen=True)
+@frozen
 class PointOfBody:
     """A point (3,) of a body [m]."""
 
@@ -35,7 +35,7 @@ class PointOfBody:
     body: str
 
 
-@dataclass(frozen=True)
+@frozen
 class Line:
     """A line between two bodies."""
 
@@ -52,7 +52,7 @@ class Line:
     has_ghost: bool = True  # whether it is drawn at rest, too, beside a deformed shape
 
 
-@dataclass(frozen=True)
+@frozen
 class Plate:
     """A face between points of a body."""
 
@@ -62,7 +62,7 @@ class Plate:
     label: str = ""
 
 
-@dataclass(frozen=True)
+@frozen
 class JointPoint:
     """A freedom, in the leg or the joint that owns it."""
 
@@ -72,7 +72,7 @@ class JointPoint:
     role: Role
 
 
-@dataclass(frozen=True)
+@frozen
 class Spots:
     """Marks at points; those of a part have its colour."""
 
@@ -83,7 +83,7 @@ class Spots:
     part: str = ""
 
 
-@dataclass(frozen=True)
+@frozen
 class Outline:
     """What is drawn of a machine."""
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from enum import Enum
 from typing import Any, TypeVar
 
 import numpy as np
 
 from robostiff.errors import printable
+from robostiff.frozen import frozen, replace
 from robostiff.plot.surfaces import perpendicular
 from robostiff.plot.theme import Palette
 
@@ -36,7 +37,7 @@ class Shape(Enum):
     DOT = "dot"
 
 
-@dataclass(frozen=True)
+@frozen
 class Path:
     """A line through points (n, 3); `label` is its name in the legend, `about` its description."""
 
@@ -48,7 +49,7 @@ class Path:
     about: str = ""
 
 
-@dataclass(frozen=True)
+@frozen
 class Face:
     """A plane face with corners (n, 3)."""
 
@@ -65,7 +66,7 @@ class Face:
         return vertices, np.stack([around, (around + 1) % n, np.full(n, n)], axis=-1)
 
 
-@dataclass(frozen=True)
+@frozen
 class Marks:
     """Marks at points (n, 3)."""
 
@@ -76,7 +77,7 @@ class Marks:
     about: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class Arrow:
     """An arrow from a start (3,) to a tip (3,); two-headed for a motion both ways."""
 
@@ -96,7 +97,7 @@ class Arrow:
             yield tip, tip - length * e, length * across, length * np.cross(e, across)
 
 
-@dataclass(frozen=True)
+@frozen
 class Mesh:
     """A surface of triangles (m, 3) between vertices (n, 3)."""
 
@@ -107,7 +108,7 @@ class Mesh:
     label: str = ""
 
 
-@dataclass(frozen=True)
+@frozen
 class Text:
     """Words beside a point (3,)."""
 
@@ -120,7 +121,7 @@ class Text:
 Item = Path | Face | Marks | Arrow | Mesh | Text
 
 
-@dataclass(frozen=True)
+@frozen
 class Scene:
     """Lines, faces and marks of a picture in space."""
 
@@ -171,7 +172,7 @@ class PlainColour(Enum):
     PLATE = "plate"
 
 
-@dataclass(frozen=True)
+@frozen
 class Category:
     """One of several categories with different colours."""
 
@@ -189,7 +190,7 @@ class Ramp(Enum):
         return palette.values if self is Ramp.VALUES else palette.signed
 
 
-@dataclass(frozen=True)
+@frozen
 class ColourScale:
     """Scale from values to colours."""
 
@@ -228,7 +229,7 @@ def colour_of(paint: Paint, palette: Palette, scale: ColourScale | None = None) 
     return palette.along(scale.ramp.stops(palette), scale.place(paint))
 
 
-@dataclass(frozen=True)
+@frozen
 class PlotAxis:
     """Name, unit and values of an axis."""
 
@@ -236,7 +237,7 @@ class PlotAxis:
     values: np.ndarray
 
 
-@dataclass(frozen=True)
+@frozen
 class Series:
     """One bar in every group."""
 
@@ -246,7 +247,7 @@ class Series:
     texts: tuple[str, ...] = ()  # written at each bar; empty for none
 
 
-@dataclass(frozen=True)
+@frozen
 class Panel:
     """Bars with one unit."""
 
@@ -256,7 +257,7 @@ class Panel:
     notes: tuple[str, ...] = ()  # about each group
 
 
-@dataclass(frozen=True)
+@frozen
 class Bars:
     """Panels of bars."""
 
@@ -285,7 +286,7 @@ REGIONS: dict[str, tuple[str, int | float | None]] = {
 _TINT = 0.38
 
 
-@dataclass(frozen=True)
+@frozen
 class RegionStyle:
     """Properties of a patch of Matplotlib: the fill is ``none`` over values."""
 
@@ -295,7 +296,7 @@ class RegionStyle:
     linewidth: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Region:
     """Poses that are marked, such as unreachable ones."""
 
@@ -339,7 +340,7 @@ class Region:
         return f"no value: {self.name}" if has_none else self.name
 
 
-@dataclass(frozen=True)
+@frozen
 class Field:
     """Values over a plane."""
 
@@ -353,7 +354,7 @@ class Field:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class Bands:
     """Percentiles along a coordinate, and the shares of poses in regions."""
 
@@ -367,7 +368,7 @@ class Bands:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class Curve:
     """A curve."""
 
@@ -380,7 +381,7 @@ class Curve:
     has_marks: bool = False
 
 
-@dataclass(frozen=True)
+@frozen
 class Curves:
     """Curves over common axes."""
 
@@ -392,7 +393,7 @@ class Curves:
     is_log: bool = False  # whether y grows by factors
 
 
-@dataclass(frozen=True)
+@frozen
 class Matrix:
     """A matrix with its numbers."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from robostiff.analysis import CableStiffness, stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import field, frozen, replace
 from robostiff.kinematics import Near
 from robostiff.linkage import Linkage
 from robostiff.markup import percent, quantity, short
@@ -48,7 +48,7 @@ _ONE_PLACE = 0.08  # of the robot: names nearer than that would overlap
 _NUMBER = re.compile(r"\[\d+\]$")
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class Sketch:
     """A machine of any kind as it is drawn: at rest, or beside that with its bodies displaced."""
 

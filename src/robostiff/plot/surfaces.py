@@ -11,7 +11,6 @@ cells. IEICE Transactions E74-D(1), 1991.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from itertools import permutations, product
 
@@ -20,6 +19,7 @@ import numpy as np
 from robostiff.analysis import CableStiffness, Stiffness
 from robostiff.analysis.indices.stiffness_parts import EigenPart, parts_of_cables, stiffness_parts
 from robostiff.errors import NoAnswerError
+from robostiff.frozen import frozen
 from robostiff.spatial import Screw
 
 _AROUND, _ALONG = 33, 17
@@ -197,7 +197,7 @@ _PARTS = {
 }
 
 
-@dataclass(frozen=True)
+@frozen
 class PrincipalAxes:
     """Semi-axes of an ellipsoid, the image of the unit sphere."""
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import fields
 from enum import Enum
 from typing import Any
 
+from robostiff.frozen import field, frozen
 
-@dataclass(frozen=True)
+
+@frozen
 class Palette:
     """Colours of one theme, as #rrggbb."""
 
@@ -146,7 +148,7 @@ class Theme(Enum):
         return _LIGHT if self is Theme.LIGHT else _DARK
 
 
-@dataclass(frozen=True)
+@frozen
 class NamedColours(Palette):
     """Names in place of colours, so that what is drawn once is shown in every theme.
 

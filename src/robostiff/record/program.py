@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from enum import IntFlag
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from robostiff.frozen import frozen
 from robostiff.record.record import NUMPY_FUNCTIONS, Operation, Record, step_of
 
 #: Square of the gap, as a part of the length and radians, at which legs meet to the last digits.
@@ -36,7 +36,7 @@ class Step(NamedTuple):
     name: str = ""  # of an input, or one that the record gave
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class _ReadSteps(Sequence[Step]):
     """Steps of a file, made when they are needed: at one pose few programs of a file run."""
 
@@ -73,7 +73,7 @@ class _ReadSteps(Sequence[Step]):
         return hash(self._steps)
 
 
-@dataclass(frozen=True)
+@frozen
 class Program:
     """Operations without branches, from inputs to outputs.
 

@@ -9,11 +9,11 @@ the energy of the other wrenches. So do legs on a flexible platform, whose parts
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import frozen
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula
 from robostiff.kinematics.spanning_tree import spanning_tree
 from robostiff.model import FlexiblePlatform, PlacedLeg, PlacedSpring, Robot
@@ -40,7 +40,7 @@ _LOAD = "the load of the platform"  # closes one more loop, as a chain of base a
 _ROUNDING = 1e-11  # of a wrench: what elimination leaves of zero
 
 
-@dataclass(frozen=True)
+@frozen
 class BodyChain:
     """A chain of joints and springs from one body to another."""
 
@@ -50,7 +50,7 @@ class BodyChain:
     parts: PlacedLeg | LocalLeg  # placed in the world, or in the frame of the tree
 
 
-@dataclass(frozen=True)
+@frozen
 class _Flow:
     """Wrenches of a chain, about the reference point in world axes, and their energy."""
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import reduce
 from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen, replace
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.model import Passive, Robot
@@ -57,7 +57,7 @@ def contraction(values: Mapping[str, Any]) -> Any:
     return values[_MARGIN]
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class RecordedSteps:
     """Newton steps from a start."""
 
@@ -121,7 +121,7 @@ _WATCHED = 0.1
 _MODE = "assembly mode"  # positive in that of home
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class RecordedClosure(RecordedSteps):
     """Newton steps of a whole robot, from home to a pose.
 

@@ -6,13 +6,13 @@ In that frame joints look trivial; pivots are chosen once.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from itertools import combinations_with_replacement, pairwise
 from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, is_number, is_zero, least_size, most_size, shortened
 from robostiff.spatial import Screw
@@ -24,7 +24,7 @@ _MOST_FRAMES, _OF_LONG_LEGS = 64, 12
 _SQUARE = 1e-12  # cosine of a right angle: rounding
 
 
-@dataclass(frozen=True)
+@frozen
 class WorkingFrame:
     """Axes (columns of R, world) and origin p in which a leg is worked on."""
 
@@ -32,7 +32,7 @@ class WorkingFrame:
     p: np.ndarray
 
 
-@dataclass(frozen=True)
+@frozen
 class LocalSpring:
     """An elastic part in a working frame: own axes R (columns), place p, compliance (6, 6)."""
 
@@ -47,7 +47,7 @@ class LocalSpring:
         return [*turned_back(self.R, force), *turned_back(self.R, moment)]
 
 
-@dataclass(frozen=True)
+@frozen
 class LocalLeg:
     """A leg in a working frame."""
 
@@ -224,7 +224,7 @@ _LITTLE = 1e-4  # of a pivot of energies: what is left of it has few digits
 _RIGID = 1e-13  # of a compliance: what is left of it is rounding
 
 
-@dataclass(frozen=True)
+@frozen
 class Transmitted:
     """Wrenches that the passive joints of a chain transmit."""
 
@@ -237,7 +237,7 @@ class Transmitted:
     alone: tuple[Any, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class Conjugate:
     """Wrenches made conjugate to one another: W^T C W = diag(mu), so K = sum of w w^T / mu."""
 
@@ -377,7 +377,7 @@ def _loss(square: Any, safety: float) -> Any:
     return square.reciprocal() * (_FEW_DIGITS * usual / safety**2)
 
 
-@dataclass(frozen=True)
+@frozen
 class Carried:
     """Ways in which a leg can carry load."""
 

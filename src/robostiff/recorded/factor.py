@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.record import (
     Entry,
     arc_tangent,
@@ -26,7 +26,7 @@ _LOST = 1e-11  # of a diagonal entry: what is left of it is rounding
 Upper = Mapping[tuple[int, int], Any]
 
 
-@dataclass(frozen=True)
+@frozen
 class Factors:
     """K = sum over pivots of l l^T d, the pivots in a safe order.
 

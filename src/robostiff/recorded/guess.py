@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import frozen
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.closure.loops import tree_of_leg
@@ -26,7 +26,7 @@ _SAME = 1e-12
 Same = tuple[str | None, float]
 
 
-@dataclass(frozen=True)
+@frozen
 class GuessedLeg:
     """A leg in numbers, and its coordinates at closed postures (samples, size), home the last."""
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import BlockCompliance, Tolerance, block_compliance
+from robostiff.frozen import frozen
 from robostiff.kinematics.jacobians import spring_compliance
 from robostiff.model import PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Operation, Record, usual_size
@@ -70,7 +70,7 @@ _ENOUGH = 1e-4
 _NOTHING = 1e-20  # square of a wrench beside 1: rounding
 
 
-@dataclass(frozen=True)
+@frozen
 class RecordedLeg:
     """Wrenches and compliances of a leg, K = sum of w w^T / mu.
 
@@ -107,7 +107,7 @@ class RecordedLeg:
     energy: list[list[Any]]
 
 
-@dataclass(frozen=True)
+@frozen
 class LegRecorder:
     """Records legs of a robot about one reference point.
 

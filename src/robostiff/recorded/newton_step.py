@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import frozen
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.closure.loops import tree_of_leg
 from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree
@@ -146,7 +147,7 @@ _TINY = 1e-300  # keeps the square root of a vanishing angle regular
 _STILL, _NO_NUMBER = 1e-8, 1e-14
 
 
-@dataclass(frozen=True)
+@frozen
 class LegAtGuess:
     """A leg of a robot at coordinates that need not close it."""
 
@@ -185,7 +186,7 @@ class LegAtGuess:
         return [name for name in names if name not in self.same]
 
 
-@dataclass(frozen=True)
+@frozen
 class NewtonStep:
     """One Newton step from a guess."""
 
@@ -234,7 +235,7 @@ def newton_step(
     return replace(step_of_groups(groups, shared, joints, length), following=following)
 
 
-@dataclass(frozen=True)
+@frozen
 class Opening:
     """What is open in a loop: by how much, and the twists by which unknowns close it.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from robostiff.elastostatics import Status
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, place_leg_at_joints
@@ -34,7 +34,7 @@ _CLOSED = SHORT + 1e-15
 _CHOSEN = 1e-10
 
 
-@dataclass(frozen=True)
+@frozen
 class RecordedRobot:
     """The stiffness of a robot about its reference point as a record, world axes.
 
@@ -97,7 +97,7 @@ class RecordedRobot:
         return status
 
 
-@dataclass(frozen=True)
+@frozen
 class RobotOnEntries:
     """A robot placed in the world on the entries of a new record."""
 

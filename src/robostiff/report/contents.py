@@ -7,7 +7,6 @@ import os
 import warnings
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +27,7 @@ from robostiff.analysis.result import require_one_pose
 from robostiff.analytic import AtHome, RobotDerivation
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError, PlausibilityWarning
+from robostiff.frozen import field, frozen
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Linkage, closed_at
 from robostiff.linkage.essential import network_of
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 _LONGEST = 120
 
 
-@dataclass(frozen=True)
+@frozen
 class TitleBlock:
     """What a report is filed under; lines that are left empty are not printed.
 
@@ -98,7 +98,7 @@ class TitleBlock:
 NO_TITLE_BLOCK = TitleBlock()
 
 
-@dataclass(frozen=True)
+@frozen
 class DescribedBy:
     """The files that describe a robot, as they were when the report was written."""
 
@@ -171,7 +171,7 @@ _INSTEAD = {
 _FACTORS = np.linspace(0.0, 2.0, 9)
 
 
-@dataclass(frozen=True)
+@frozen
 class AnswersUnderLoad:
     """What finite loads do to the robot."""
 
@@ -180,7 +180,7 @@ class AnswersUnderLoad:
     curve: xarray.Dataset  # up to twice the wrench
 
 
-@dataclass(frozen=True)
+@frozen
 class ReportContents:
     """The results that a report shows for a robot at a pose; None where there are none."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from base64 import b64decode
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
@@ -14,6 +13,7 @@ import numpy as np
 from robostiff.analytic import RobotDerivation
 from robostiff.analytic.export import derivation_html
 from robostiff.analytic.export.documents import derivation_in_typst, wants_wide_page
+from robostiff.frozen import frozen
 from robostiff.markup import Block, element, escaped, inner_blocks, typst_string, typst_text
 from robostiff.plot import Matplotlib, Theme, Width
 from robostiff.plot.backend import places, plotly_figure
@@ -24,7 +24,7 @@ from robostiff.plot.theme import Palette, named_colours
 _IN_STYLE = ("ground", "ink", "muted", "faint")
 
 
-@dataclass(frozen=True)
+@frozen
 class Level:
     """One position of a slider."""
 
@@ -47,7 +47,7 @@ class Level:
         return figure
 
 
-@dataclass(frozen=True)
+@frozen
 class Figure:
     """One picture, or several behind a slider."""
 
@@ -136,7 +136,7 @@ def _short(value: Any) -> Any:
     return value
 
 
-@dataclass(frozen=True)
+@frozen
 class TypesetFormula:
     """A derivation, typeset step by step."""
 

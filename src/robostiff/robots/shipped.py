@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 
 _HERE = Path(__file__).parent
 _FOLDERS = ("", "cables", "linkages")
 _HEADER = ("robostiff:", "name:", "title:", "source:", "notes:", " ", "#", "\n")
 
 
-@dataclass(frozen=True)
+@frozen
 class RobotInfo:
     """Facts about a shipped robot.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial.batch import empty_batch
 from robostiff.spatial.formula import exact_arrays, formula_array, is_possible
 from robostiff.spatial.quantities import as_floats
@@ -142,7 +142,7 @@ def rigid_transform(T: np.ndarray) -> RigidTransform:
         ) from None
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Frame:
     """Axes and origin of a frame, relative to another one.
 

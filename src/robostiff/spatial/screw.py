@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial.batch import Float, Shaped, empty_batch, vector_of_entries
 
 
@@ -32,7 +32,7 @@ def cross(
     return vector_of_entries([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
 
 
-@dataclass(frozen=True)
+@frozen
 class Screw:
     """A unit screw: a motion about and along a line, such as the freedom of a joint.
 
@@ -141,7 +141,7 @@ def twists_of_screws(
     return J
 
 
-@dataclass(frozen=True)
+@frozen
 class CoupledScrew(Screw):
     """The screw of a joint that others follow: no full turn brings all back."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError, needs_extra
+from robostiff.frozen import frozen
 from robostiff.kinematics import Near
 from robostiff.linkage import Linkage
 from robostiff.markup import InNotebooks
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _BOWING = Bowing()
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class CriticalLoad(InNotebooks):
     """The smallest factor of a wrench at which a robot loses its stability.
 

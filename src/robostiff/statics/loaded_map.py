@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar, cast
 
@@ -14,6 +13,7 @@ from robostiff.analysis.maps.variables import NO_RANK
 from robostiff.compiled import Backend
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, Status
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen, replace
 from robostiff.model import Robot
 from robostiff.model.cable import CableRobot
 from robostiff.statics.equilibrium import WORTH_COMPILING, WORTH_MACHINE_CODE, equilibrium
@@ -27,7 +27,7 @@ _FEW, _MANY = 64, 2**15
 _FREE = 1e-9
 
 
-@dataclass(frozen=True)
+@frozen
 class UnderLoad(StandingLoads, MapMethod):
     """As method of `stiffness_map`: everything in the equilibrium under the loads of each pose.
 

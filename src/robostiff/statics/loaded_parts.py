@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.analysis.deflection_under_load import PartShare, by_share
+from robostiff.frozen import field, frozen, replace
 from robostiff.spatial import cross, skew
 from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Owner, wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem, State
@@ -20,7 +20,7 @@ _BALANCED = 1e-6
 _ROUNDING = 1e-12
 
 
-@dataclass(frozen=True)
+@frozen
 class LoadedPart:
     """A joint or an elastic part under load.
 
@@ -57,7 +57,7 @@ class LoadedPart:
     unit: str = ""
 
 
-@dataclass(frozen=True)
+@frozen
 class LoadedSpring:
     """A spring between two bodies under load.
 
@@ -84,7 +84,7 @@ class LoadedSpring:
     is_cable: bool = False
 
 
-@dataclass(frozen=True)
+@frozen
 class CarriedLoads:
     """What a robot carries at a state, under a share of preloads and of forces on legs.
 
@@ -294,7 +294,7 @@ def shares(each: Iterable[tuple[str, str, float]]) -> tuple[PartShare, ...]:
     return by_share((*names, energy) for names, energy in energies.items())
 
 
-@dataclass(frozen=True)
+@frozen
 class BodyPlaces:
     """The bodies of a robot at a state.
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +13,7 @@ from robostiff.analysis import PartShare
 from robostiff.analysis.free_motion import free_motions_in_words
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import field, frozen
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.markup import InNotebooks
@@ -47,7 +47,7 @@ _TURNS = 1e-2
 _PART = 1e-3
 
 
-@dataclass(frozen=True)
+@frozen
 class Mode:
     """One natural vibration.
 
@@ -111,7 +111,7 @@ class Mode:
         return f"{rate}: {self.words}"
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Modes(StatusOfPoses, InNotebooks):
     """Natural vibrations of a robot, slowest first; or at many poses, under many loads, one a row.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from typing import Any
 
@@ -15,6 +14,7 @@ from robostiff.analysis.cable_stiffness import beyond_limits
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import field, frozen, replace
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
@@ -63,7 +63,7 @@ class OnDemand(dict[int, Solution], ABC):
         """Frames of the platform (..., 6) of some rows (...), after displacements (..., r)."""
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class Equilibrium(StatusOfPoses, InNotebooks):
     """A robot under load, or why there is none; or many, along one axis.
 

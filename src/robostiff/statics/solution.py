@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
 
 from robostiff.analysis.cable_stiffness import status_of_cables
 from robostiff.elastostatics import Status
+from robostiff.frozen import field, frozen, replace
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
@@ -31,7 +31,7 @@ from robostiff.statics.loading.loaded_posture import LoadedPosture
 _OPEN = 1e-9
 
 
-@dataclass(frozen=True)
+@frozen
 class Solution:
     """How one equilibrium was found, or why there is none.
 

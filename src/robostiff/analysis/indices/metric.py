@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -13,6 +12,7 @@ from robostiff.analysis.indices.stiffness_parts import eigenparts, stiffness_par
 from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import Status, scaling
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import as_float, as_floats, screw_of_twist
 
 _SHORTEST = 1e-30  # [m]; the largest number there may be is its inverse
@@ -44,7 +44,7 @@ def checked_metric(metric: ArrayLike, size: int) -> np.ndarray:
     return symmetric
 
 
-@dataclass(frozen=True)
+@frozen
 class Eigenstiffness:
     """Eigenvalues of K in a metric, and the motions that they belong to.
 
@@ -128,7 +128,7 @@ def eigenstiffness(
     return Eigenstiffness(eigen.values, twists, tuple(motions), L, parts.status)
 
 
-@dataclass(frozen=True)
+@frozen
 class ConditionNumber:
     """Condition numbers of K: 1 where it is the same in all directions, otherwise larger.
 
@@ -198,7 +198,7 @@ def condition_number(result: Stiffness, *, length: float | None = None) -> Condi
     return ConditionNumber(two_norm, frobenius, L, parts.status)
 
 
-@dataclass(frozen=True)
+@frozen
 class VirtualWork:
     """Work of loads of unit size, ``|f|^2 + |m|^2 / L^2 = (1 N)^2``.
 

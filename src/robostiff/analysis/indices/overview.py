@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, TypeVar, overload
 
@@ -45,6 +44,7 @@ from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, scaling
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.kinematics import Near, Pose
 from robostiff.kinematics.pose import OnePose
 from robostiff.linkage import DriveValues, Linkage
@@ -68,7 +68,7 @@ def _of_result(index: Callable[..., _Index]) -> cached_property[_Index]:
     return cached_property(value)
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class StiffnessIndices(InNotebooks):
     """The stiffness indices of a single pose, each computed when it is first used.
 
@@ -120,7 +120,7 @@ INDEX_NAMES = [name for name, x in vars(StiffnessIndices).items() if type(x) is 
 """Of all indices, in the order in which pages have them."""
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class IndicesOfPoses(StatusOfPoses):
     """The stiffness indices of a batch of poses, computed when they are taken from it.
 

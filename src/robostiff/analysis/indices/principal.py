@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -17,10 +16,11 @@ from robostiff.analysis.indices.stiffness_parts import (
 from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import Space, as_floats
 
 
-@dataclass(frozen=True)
+@frozen
 class PrincipalStiffnesses(StationaryStiffness):
     """Eigenvalues of K_tt, the rotations held, and of K_rr, the reference point held; ascending.
 
@@ -61,7 +61,7 @@ def principal_stiffness(result: Stiffness) -> PrincipalStiffnesses:
     )
 
 
-@dataclass(frozen=True)
+@frozen
 class CollinearStiffness(StationaryStiffness):
     """Stationary stiffness of forces through the reference point, and of moments, ascending.
 
@@ -105,7 +105,7 @@ def collinear_stiffness(result: Stiffness) -> CollinearStiffness:
     )
 
 
-@dataclass(frozen=True)
+@frozen
 class Anisotropy:
     """Largest over smallest principal compliance, of forces and of moments.
 
@@ -145,7 +145,7 @@ def anisotropy(result: Stiffness) -> Anisotropy:
 _SMALL = 1e-7
 
 
-@dataclass(frozen=True)
+@frozen
 class DirectionalStiffness:
     """Stiffness of the platform along a direction.
 
@@ -268,7 +268,7 @@ def _vector(vector: ArrayLike, subject: str) -> np.ndarray:
     return u / size
 
 
-@dataclass(frozen=True)
+@frozen
 class WorstDeflections:
     """Largest displacement per unit force, largest rotation per unit moment, and their directions.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from typing import ClassVar
 
@@ -11,12 +10,13 @@ import numpy as np
 from robostiff.analysis.indices.stiffness_parts import StiffnessParts, stiffness_parts
 from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import Status
+from robostiff.frozen import frozen
 from robostiff.spatial import Screw, move_compliance, move_stiffness, screw_of_twist
 
 _SMALL = 1e-7
 
 
-@dataclass(frozen=True)
+@frozen
 class Eigenwrench:
     """A wrench that displaces the platform parallel to its force, without turning it.
 
@@ -36,7 +36,7 @@ class Eigenwrench:
     screw: Screw | None
 
 
-@dataclass(frozen=True)
+@frozen
 class Eigentwist:
     """A twist whose rotation is parallel to the pure couple that causes it.
 
@@ -56,7 +56,7 @@ class Eigentwist:
     screw: Screw
 
 
-@dataclass(frozen=True)
+@frozen
 class CompliantAxis:
     """A line along which a force only displaces, and about which a couple only turns.
 
@@ -75,7 +75,7 @@ class CompliantAxis:
     rotational: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Eigenscrews:
     """Eigenwrenches and eigentwists, those of least stiffness first, and compliant axes.
 
@@ -166,7 +166,7 @@ _ROUNDING = 1e-10  # of coupling: what moving to the point may leave of nothing
 _LOST = 1e-14  # of the largest eigenvalue: smaller ones are rounding
 
 
-@dataclass(frozen=True)
+@frozen
 class Centre:
     """A point about which the coupling block of K, or of C, is symmetric.
 

@@ -13,7 +13,6 @@ Their ranks are decided as that of K is: by the wrenches that hold the platform.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -23,13 +22,14 @@ from robostiff.analysis.cable_stiffness import CableStiffness
 from robostiff.analysis.result import Stiffness, require_one_pose
 from robostiff.elastostatics import Status, scaling
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.kept import kept
 from robostiff.spatial import Space, move_wrench
 
 _ROUNDING = 1e-15
 
 
-@dataclass(frozen=True)
+@frozen
 class EigenPart:
     """A symmetric matrix of one unit, as its eigenvalues and eigenvectors."""
 
@@ -58,7 +58,7 @@ class EigenPart:
         return e.T @ ((e @ load) / self.values[stiff, None])
 
 
-@dataclass(frozen=True)
+@frozen
 class StationaryStiffness:
     """Stiffnesses of forces and of moments, ascending, with their directions as rows."""
 
@@ -78,7 +78,7 @@ class StationaryStiffness:
         return cls(*parts, status)
 
 
-@dataclass(frozen=True)
+@frozen
 class StiffnessParts:
     """K of a single pose about its reference point, and the ranks of its parts."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, cast
 
@@ -37,6 +36,7 @@ from robostiff.compiled.codes import chunks_of
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.result import scaled_inverse
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics import find_posture
 from robostiff.linkage import Linkage
 from robostiff.model import Actuated, PlacedFreedom, Robot
@@ -50,7 +50,7 @@ _TAUT = 1e-10  # of the largest tension
 _STIFFNESS, _PRINCIPAL, _WORST = StiffnessMatrix(), PrincipalStiffness(), WorstDeflection()
 
 
-@dataclass(frozen=True)
+@frozen
 class MapEvaluator:
     """Quantities of a robot at poses, by a kernel or a direct form; picklable.
 
@@ -213,7 +213,7 @@ class MapEvaluator:
         return results
 
 
-@dataclass(frozen=True)
+@frozen
 class DirectForm:
     """How a robot is computed without a kernel of its own; picklable.
 
@@ -328,7 +328,7 @@ class MapMethod(ABC):
         """
 
 
-@dataclass(frozen=True)
+@frozen
 class Compiled(MapMethod):
     """By the robot's kernel, see `robostiff.compile`; unsafe poses by the batched form.
 
@@ -347,7 +347,7 @@ class Compiled(MapMethod):
         return like.with_kernel(self.backend)
 
 
-@dataclass(frozen=True)
+@frozen
 class Batched(MapMethod):
     """By the wrench basis form on batches of poses, see `robostiff.stiffness`."""
 

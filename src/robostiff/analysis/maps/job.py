@@ -6,7 +6,6 @@ import json
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -19,10 +18,11 @@ from robostiff.analysis.maps.variables import EXCLUDED, Variable, status_flags, 
 from robostiff.analysis.record_file import plain
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.version import __version__
 
 
-@dataclass(frozen=True)
+@frozen
 class MapSummary:
     """Counts and ranges of some poses, of one block or of a whole map.
 
@@ -94,7 +94,7 @@ _SAMPLED_BLOCKS = 16  # of a selection
 _BLOCK_BYTES = 4 * 2**20
 
 
-@dataclass(frozen=True)
+@frozen
 class Partition:
     """Blocks of a map.
 
@@ -160,7 +160,7 @@ Selection = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 """Takes arrays of coordinates by name, one entry a pose; returns which poses to compute."""
 
 
-@dataclass(frozen=True)
+@frozen
 class MapJob:
     """Everything that a worker needs; picklable."""
 

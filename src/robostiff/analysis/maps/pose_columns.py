@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.pose import home_coordinates, joint_units
 from robostiff.linkage import Linkage
@@ -48,7 +48,7 @@ def read_coordinate(
     raise InputError(subject, got=str(values), expected=f"{expected}: lengths or angles")
 
 
-@dataclass(frozen=True)
+@frozen
 class PoseColumns:
     """Names, units and home values of the coordinates of a pose."""
 

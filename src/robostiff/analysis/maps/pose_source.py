@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +14,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, read_coordinate
 from robostiff.compiled import uniform_rows
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.spatial import as_floats, holds_quantities
 
 
@@ -224,7 +224,7 @@ class RandomPoses(PoseSource):
 _MOST_VALUES = 10**8
 
 
-@dataclass(frozen=True)
+@frozen
 class Axis:
     """Equally spaced values of a coordinate, both ends included.
 

@@ -32,6 +32,7 @@ from robostiff.analysis.maps.store import already_there, check_same_map
 from robostiff.analysis.maps.variables import Variable
 from robostiff.analysis.record_file import plain
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ _FORMAT = "reductions of a map by robostiff, 2"
 BlockFound = tuple[MapSummary, list[State]]
 
 
-@dataclass(frozen=True)
+@frozen
 class BlockReductions:
     """Computes blocks of which reductions are left; picklable.
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.maps.variables import Variable
 from robostiff.compiled import PAGES, PLACES, count_by_digits
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import as_floats
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ Found = tuple[str, Mapping[str, Sequence[Any]], np.ndarray, bool]
 _INFINITE, _SIGN = 0x7F80, 2**15  # first halves of numbers of 32 bits
 
 
-@dataclass(frozen=True)
+@frozen
 class Reduction(ABC):
     """What becomes of each variable of a map, or of the one that is named.
 
@@ -75,7 +75,7 @@ class Reduction(ABC):
         """Its results at all poses."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Extremes(Reduction):
     """The least and the greatest value of each entry, and the poses where they are.
 
@@ -125,7 +125,7 @@ class Extremes(Reduction):
         yield f"{name}_at", labels, poses.transpose(2, 1, 0), False
 
 
-@dataclass(frozen=True)
+@frozen
 class Quantiles(Reduction):
     """Values below which given shares of the poses lie that have an answer.
 
@@ -214,7 +214,7 @@ class Quantiles(Reduction):
         yield f"{name}_quantile", {"share": self.shares}, quantiles, True
 
 
-@dataclass(frozen=True)
+@frozen
 class _Counts(Reduction):
     """Counts of values from each of some edges on."""
 
@@ -234,7 +234,7 @@ class _Counts(Reduction):
             state["counts"][:, k] += np.count_nonzero(values >= edge, axis=1)
 
 
-@dataclass(frozen=True, init=False)
+@frozen
 class Histogram(_Counts):
     """How many poses have a value from one edge to below the next.
 
@@ -268,7 +268,7 @@ class Histogram(_Counts):
         yield f"{name}_count", {f"{name}_from": self.edges[:-1]}, counts, False
 
 
-@dataclass(frozen=True, init=False)
+@frozen
 class ShareAbove(_Counts):
     """The share of poses whose value is at least a limit, of those that have an answer.
 

@@ -8,13 +8,13 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from robostiff.analysis.maps.job import MapSummary
 from robostiff.compiled.kernel import processors
 from robostiff.errors import InputError, NoAnswerError, needs_extra
+from robostiff.frozen import frozen
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -29,7 +29,7 @@ _ALLOCATOR = {"MALLOC_TRIM_THRESHOLD_": 2**28, "MALLOC_MMAP_THRESHOLD_": 2**25}
 _PATIENCE = "10s"
 
 
-@dataclass(frozen=True)
+@frozen
 class Threads:
     """Threads of this process.
 
@@ -165,7 +165,7 @@ def _dask_client(workers: int | None, scheduler: Any) -> Iterator[Client]:
         yield client
 
 
-@dataclass(frozen=True)
+@frozen
 class Progress:
     """Progress of a map.
 

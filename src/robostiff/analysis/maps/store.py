@@ -18,7 +18,6 @@ import sys
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,6 +38,7 @@ from robostiff.analysis.maps.job import (
 )
 from robostiff.analysis.record_file import differences
 from robostiff.errors import InputError, needs_extra
+from robostiff.frozen import frozen, replace
 from robostiff.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -197,7 +197,7 @@ def locked(path: Path) -> Iterator[None]:
         yield
 
 
-@dataclass(frozen=True)
+@frozen
 class MapStore:
     """Writes blocks of a store that exists; picklable, one copy a process."""
 

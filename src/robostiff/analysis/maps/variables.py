@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 from robostiff.analysis.maps.pose_columns import Mapped
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.linkage import Linkage
 from robostiff.model import Actuated
 from robostiff.model.cable import CableRobot
@@ -21,7 +21,7 @@ NOT_COMPUTED = 512
 NO_RANK = -1
 
 
-@dataclass(frozen=True)
+@frozen
 class Variable:
     """An array of a map."""
 

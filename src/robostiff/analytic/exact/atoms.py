@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from functools import reduce
 from typing import Any
 
@@ -12,6 +11,7 @@ from sympy.core.cache import cacheit
 
 from robostiff.analytic.exact.definition import count_of, parts_of
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 
 
 class OutsideFieldError(InputError):
@@ -22,7 +22,7 @@ class OutsideFieldError(InputError):
 _LARGEST_PRIME = 100_000
 
 
-@dataclass(frozen=True)
+@frozen
 class Atoms:
     """Roots, angles and symbols of some expressions, each list in a fixed order."""
 
@@ -103,7 +103,7 @@ def is_root(expression: Any) -> bool:
     return q > 1 and q & (q - 1) == 0
 
 
-@dataclass(frozen=True)
+@frozen
 class Angles:
     """Angles whose sines and cosines are generators."""
 
@@ -150,7 +150,7 @@ class Angles:
         return whole.xreplace({angle: share * direction})
 
 
-@dataclass(frozen=True)
+@frozen
 class Radicand:
     """A radicand, a fraction n / d, in factors."""
 

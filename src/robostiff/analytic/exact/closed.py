@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,10 +21,11 @@ from robostiff.analytic.exact.factors import (
 )
 from robostiff.analytic.exact.field import ExactField, quotient, shared_field
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.spatial import move_stiffness
 
 
-@dataclass(frozen=True)
+@frozen
 class ClosedStage:
     """One step of the recursion (15) in exact arithmetic."""
 
@@ -255,7 +255,7 @@ def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], 
 _FACTORED = 100
 
 
-@dataclass(frozen=True)
+@frozen
 class ClosedSum:
     """K = sum of w w^T / c over the wrenches of all legs, every fraction canonical."""
 

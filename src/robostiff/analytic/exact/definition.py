@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import Any
 
 import sympy as sp
 from sympy.core.cache import cacheit
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Definition:
     """A named intermediate: ``symbol = expression`` of symbols given or defined before.
 
@@ -189,7 +190,7 @@ def _symmetric(n: int, upper: dict[tuple[int, int], Any]) -> sp.ImmutableMatrix:
     return sp.ImmutableMatrix(n, n, lambda i, j: upper[min(i, j), max(i, j)])
 
 
-@dataclass(frozen=True)
+@frozen
 class Condition:
     """A condition under which a formula holds.
 
@@ -211,7 +212,7 @@ class Condition:
     leg: str = ""
 
 
-@dataclass(frozen=True)
+@frozen
 class Unwritten:
     """A formula in exact arithmetic, and a function that writes it."""
 
@@ -225,7 +226,7 @@ class WrittenField:
 
     Examples
     --------
-    >>> @dataclass(frozen=True)
+    >>> @frozen
     ... class Answer:
     ...     value: WrittenField = WrittenField()
     >>> Answer(Unwritten(lambda: 6 * 7)).value

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property, cmp_to_key
 from itertools import combinations
 from operator import itemgetter
@@ -11,6 +10,8 @@ from typing import Any, ClassVar
 
 import sympy as sp
 from sympy.core.cache import cacheit
+
+from robostiff.frozen import frozen
 
 _IN_ORDER = cmp_to_key(sp.Basic.compare)
 # SymPy sorts by class first: any product stands for all of them among numbers, symbols, powers and
@@ -21,7 +22,7 @@ _FEW = 4
 _first = itemgetter(0)
 
 
-@dataclass(frozen=True)
+@frozen
 class Element:
     """An element of an exact field: a canonical fraction of polynomials.
 

@@ -8,7 +8,6 @@ them to 40 digits are one.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from functools import reduce
 from operator import add, mul
 from typing import Any, cast
@@ -20,6 +19,7 @@ import sympy as sp
 from robostiff.analytic.budget import spend
 from robostiff.analytic.exact.definition import Definition
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.record import OPERATORS, Operation, Record
 
 _DIGITS = 40
@@ -40,7 +40,7 @@ _FUNCTIONS: dict[Operation, Any] = {
 }
 
 
-@dataclass(frozen=True)
+@frozen
 class Same:
     """What a step equals at all points."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -14,9 +13,10 @@ from sympy.core.cache import cacheit
 from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.exact.element import Element, product_in_order, quotient_of
 from robostiff.analytic.exact.field import ExactField
+from robostiff.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Product:
     """A fraction as ``number * base_1^exponent_1 * ...``."""
 
@@ -196,7 +196,7 @@ def by_powers(polynomial: Any, places: Sequence[int]) -> dict[tuple[int, ...], A
     return {exponents: polynomial.context().from_dict(terms) for exponents, terms in parts.items()}
 
 
-@dataclass(frozen=True)
+@frozen
 class ExactMatrix:
     """A symmetric matrix of polynomials over one common denominator."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -27,6 +26,7 @@ from robostiff.analytic.exact.atoms import (
 )
 from robostiff.analytic.exact.element import Element, PolynomialWriter, quotient_of
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 
 # Largest denominator [terms] that is tested for zeros caused by an unknown sign of a root.
 _CHECKED = 50
@@ -34,7 +34,7 @@ _CHECKED = 50
 _FREED = 2000
 
 
-@dataclass(frozen=True)
+@frozen
 class Relation:
     """A generator whose square is a polynomial of the generators after it: g^2 = p."""
 

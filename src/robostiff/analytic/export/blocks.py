@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
@@ -18,12 +17,13 @@ from robostiff.analytic.export.entries import (
     without_lost_digits,
 )
 from robostiff.analytic.vectors.vector_expressions import Equation, Vector
+from robostiff.frozen import frozen
 
 #: A matrix with more operations than this is not written out between other equations.
 LONGEST = 1500
 
 
-@dataclass(frozen=True)
+@frozen
 class Title:
     """A title; level 1 is the title of the whole."""
 
@@ -31,7 +31,7 @@ class Title:
     level: int = 2
 
 
-@dataclass(frozen=True)
+@frozen
 class Sentences:
     """Sentences; `{}` in them stands for a formula each, or for a name, where they have some."""
 
@@ -39,7 +39,7 @@ class Sentences:
     formulas: tuple[Any, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class EquationRows:
     """Equations of scalars, vectors and matrices, one below the other.
 
@@ -50,7 +50,7 @@ class EquationRows:
     springs: tuple[Definition, ...] = ()
 
 
-@dataclass(frozen=True)
+@frozen
 class MatrixEquation:
     """``name = whole = factor * rest``; a column is given as the row that it is written as."""
 
@@ -65,7 +65,7 @@ class MatrixEquation:
         return self.whole.rows == 1
 
 
-@dataclass(frozen=True)
+@frozen
 class FormulaTable:
     """Rows of a name in words and of formulas, under a head of names."""
 
@@ -78,7 +78,7 @@ class FormulaTable:
 Meaning = tuple[tuple[Vector | str, ...], str]
 
 
-@dataclass(frozen=True)
+@frozen
 class Nomenclature:
     """Names and their meanings; several names with the same meaning are listed together."""
 

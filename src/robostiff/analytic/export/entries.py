@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.exact.factors import bound_of_terms, factored
 from robostiff.analytic.exact.field import ExactField
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 
 _FUNCTIONS = "acos asin atan atan2 cos cosh exp log sin sinh tan tanh"
 #: Functions by the name under which they are written.
@@ -149,7 +149,7 @@ def spelled(word: str) -> str:
     return word if name is None else name if word.islower() else name.capitalize()
 
 
-@dataclass(frozen=True)
+@frozen
 class NameParts:
     """A letter or word with its subscripts."""
 
@@ -370,7 +370,7 @@ def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]
     return sp.Integer(1), whole
 
 
-@dataclass(frozen=True)
+@frozen
 class _Product:
     """An entry as a number times a product, of which `powers` are those with symbols or pi."""
 

@@ -7,7 +7,6 @@ import re
 import textwrap
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Any, ClassVar
 
@@ -26,6 +25,7 @@ from robostiff.analytic.export.entries import GREEK, ordered_terms, printed_prod
 from robostiff.analytic.export.notation import Notation
 from robostiff.analytic.vectors.vector_expressions import Equation, Vector
 from robostiff.errors import printable
+from robostiff.frozen import frozen
 
 # Between two columns of a matrix, and around it [widths of a letter].
 _GAP = 1.8
@@ -279,7 +279,7 @@ def wrapped_words(text: str, width: int, rest: str = "") -> list[str]:
     )
 
 
-@dataclass(frozen=True)
+@frozen
 class Row:
     """An equation of which the right-hand side takes one or more lines."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from itertools import count
 from typing import Any
 
@@ -16,6 +15,7 @@ from robostiff.analytic.export.nomenclature import in_programs
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.reading.rewriting import in_order
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 
 #: Products of numbers with more digits exceed the range of doubles. Exact arithmetic on decimals
 #: leaves sums (a x + b y) / (c x + d y) of such numbers, though the quotient is of usual size.
@@ -59,7 +59,7 @@ SAFE = 1e-6
 SAFE_UNDER_ROOT = 1e-12
 
 
-@dataclass(frozen=True)
+@frozen
 class Guard:
     """A sum that must not cancel: |sum of terms| > part * sum of |terms|."""
 
@@ -99,7 +99,7 @@ def _is_nonnegative(expression: Any, positive: set[Any]) -> bool:
     return False
 
 
-@dataclass(frozen=True)
+@frozen
 class FormulaProgram:
     """Assignments, guards and conditions that compute a stiffness matrix."""
 

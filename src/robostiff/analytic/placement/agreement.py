@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from robostiff.analytic.placement.closed_posture import AROUND
 from robostiff.analytic.placement.robot_placement import PlacedRobot, near_home, pose_at
 from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.closure.rods import Rod
@@ -40,7 +40,7 @@ _MEET = 1e-6  # difference of coordinates [m, rad]: the root of rounding
 _Place = tuple[dict[str, float], Any, bool]  # values, answer, and whether it is in doubt
 
 
-@dataclass(frozen=True)
+@frozen
 class RobotInNumbers:
     """A robot at random values of its symbols, and at random poses where these have symbols."""
 

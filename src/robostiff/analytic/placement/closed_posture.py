@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from robostiff.analytic.placement.robot_pose import (
     free_name,
 )
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.frames import place_chain
@@ -42,7 +42,7 @@ _TRIES = 12  # of parameters and poses, for one at which all legs close
 _KNOWN = 1e-10  # of the length, and rad: a coordinate equals that of the model, or a number
 
 
-@dataclass(frozen=True)
+@frozen
 class Sample:
     """A robot in numbers, closed at a pose near home."""
 
@@ -56,7 +56,7 @@ class Sample:
     pose: np.ndarray | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Following:
     """Which coordinates follow from the legs."""
 

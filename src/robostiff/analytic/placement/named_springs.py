@@ -6,7 +6,7 @@ Each has its value in the nomenclature.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from itertools import count
 from typing import Any
 
@@ -22,6 +22,7 @@ from robostiff.elasticity import (
     SlenderBeam,
     cantilever_compliance,
 )
+from robostiff.frozen import frozen, replace
 from robostiff.model import Chain, ParallelBlock, Robot, StiffnessLaw, TelescopicBeam
 from robostiff.spatial import Screw, exact_number
 
@@ -196,7 +197,7 @@ def _slender(beam: TelescopicBeam) -> Any:
     return SlenderBeam.of(1, beam.material, beam.section, beam.theory)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class _Part:
     """An element or coupling of a chain, or a part of the platform."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any
 
@@ -24,6 +23,7 @@ from robostiff.analytic.placement.robot_pose import (
     platform_pose,
 )
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
 from robostiff.kinematics.closure.leg_solver import LegSolver
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, place_leg_at_joints
@@ -39,7 +39,7 @@ _SPREAD = 0.03  # of the nominal values, for the samples
 _SEED = 2011
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedRobot:
     """A robot on recorded entries, placed at its pose."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,6 +11,7 @@ import sympy as sp
 from scipy.spatial.transform import Rotation
 
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.pose import held_sums
 from robostiff.model import Coordinate, Passive, Robot
@@ -26,7 +26,7 @@ _POINT = {Coordinate.X: "x", Coordinate.Y: "y", Coordinate.Z: "z"}
 _ABOUT = {Coordinate.RX: "x", Coordinate.RY: "y", Coordinate.RZ: "z"}
 
 
-@dataclass(frozen=True)
+@frozen
 class EulerAngles:
     """A rotation by three angles [rad], turns one after the other.
 
@@ -127,7 +127,7 @@ class EulerAngles:
         return " ".join(f"R{axis}({angle})" for axis, angle in self.factors(values))
 
 
-@dataclass(frozen=True)
+@frozen
 class UnitQuaternion:
     """A rotation by the vector (q_x, q_y, q_z) of a unit quaternion.
 
@@ -220,12 +220,12 @@ def rotation_by_name(name: str) -> PoseRotation:
     return UnitQuaternion() if name == "quaternion" else EulerAngles(name)
 
 
-@dataclass(frozen=True)
+@frozen
 class AtHome:
     """The home configuration."""
 
 
-@dataclass(frozen=True)
+@frozen
 class AtSymbols:
     """A general pose: each free coordinate of the robot is a symbol.
 
@@ -244,7 +244,7 @@ class AtSymbols:
     rotation: PoseRotation = ABOUT_WORLD_AXES
 
 
-@dataclass(frozen=True)
+@frozen
 class AtCoordinates:
     """A pose with numbers or formulas for some coordinates; the others are those of home.
 
@@ -261,7 +261,7 @@ class AtCoordinates:
     rotation: PoseRotation = ABOUT_WORLD_AXES
 
 
-@dataclass(frozen=True)
+@frozen
 class AtJoints:
     """A general posture by the joint coordinates of all legs, each a symbol.
 

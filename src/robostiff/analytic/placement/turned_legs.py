@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 import sympy as sp
 from scipy.spatial.transform import Rotation
 
+from robostiff.frozen import frozen, replace
 from robostiff.model import Robot
 from robostiff.model.entries import are_equal
 
@@ -66,7 +66,7 @@ COMPONENTS = ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z")
 Products = list[tuple[Any, Any, Any]]  # number, and two entries
 
 
-@dataclass(frozen=True)
+@frozen
 class Image:
     """How a wrench is made from another: by a mirror, a turn about the vertical, and a sign."""
 

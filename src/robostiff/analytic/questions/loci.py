@@ -12,7 +12,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 from typing import Any
@@ -40,6 +39,7 @@ from robostiff.analytic.exact.factors import (
 )
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.placement.robot_pose import exact_angle
+from robostiff.frozen import frozen
 from robostiff.spatial import Space
 
 _LONGEST = (2000, 20, 3)  # terms of a step that is written out; fewer where minors are too long
@@ -321,7 +321,7 @@ _TURNS = 256
 _SAME = 1e-9
 
 
-@dataclass(frozen=True)
+@frozen
 class Samples:
     """Random values of symbols, of their signs or of either, at which conditions hold."""
 

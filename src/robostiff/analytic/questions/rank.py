@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
 
@@ -32,6 +31,7 @@ from robostiff.analytic.questions.loci import (
     written_steps,
 )
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen
 from robostiff.spatial import Space, skew
 
 #: Seconds for an answer in steps.
@@ -39,7 +39,7 @@ SHORT = 5.0
 _LONGEST = 3000  # operations of a factor that is listed
 
 
-@dataclass(frozen=True)
+@frozen
 class RankFormula:
     """Rank of a symmetric positive semidefinite formula.
 

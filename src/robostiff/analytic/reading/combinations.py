@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -24,6 +23,7 @@ from robostiff.analytic.exact.factors import (
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.reading.rewriting import free_names
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 
 
 class CombinationNames:
@@ -123,7 +123,7 @@ _MOST_OPERATIONS = 15_000
 _MOST_TERMS = 300
 
 
-@dataclass(frozen=True)
+@frozen
 class NamedCombinations:
     """A matrix in given symbols and in names for recurring sums."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import count
 from typing import Any
 
@@ -22,6 +21,7 @@ from robostiff.analytic.exact.definition import (
 from robostiff.analytic.exact.element import product_of, quotient_of, sum_of
 from robostiff.analytic.exact.exact_points import ExactPoints, Same, chooses_greater, exact
 from robostiff.analytic.exact.field import shared_field
+from robostiff.frozen import frozen
 from robostiff.record import OPERATORS, Entry, Operation, Record
 
 _FUNCTIONS: dict[Operation, Any] = {
@@ -309,7 +309,7 @@ class StepReading:
         return written if same.factor == 1 else same.factor * written
 
 
-@dataclass(frozen=True)
+@frozen
 class _Products:
     """Finds steps that are the product of two inputs, sines, cosines or roots."""
 

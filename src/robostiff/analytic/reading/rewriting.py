@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import combinations, count, product
@@ -24,11 +23,12 @@ from robostiff.analytic.exact.definition import (
     symbols_in,
 )
 from robostiff.analytic.exact.element import made_of, root_of
+from robostiff.frozen import field, frozen, replace
 
 _LETTERS = ("c", "d", "e", "k", "p", "s", "theta")  # of names that count
 
 
-@dataclass(frozen=True)
+@frozen
 class Written:
     """Expressions in names, and what the names stand for."""
 
@@ -262,7 +262,7 @@ def in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:
     return _replaced(expression, powers)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class CountedFormula:
     """A formula and what it consists of; sets of symbols are numbers, a bit each."""
 
@@ -313,7 +313,7 @@ class CountedFormula:
         return tuple(found)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Move:
     """What is done to all formulas that have some symbols."""
 
@@ -325,7 +325,7 @@ class Move:
     made: dict[CountedFormula, CountedFormula] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Writing:
     """One way to write all of them."""
 

@@ -19,6 +19,7 @@ from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.springs.unit_wrenches import IDLE, SampledLeg, UnitWrench, WrenchSearch
+from robostiff.frozen import frozen
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, is_zero
 from robostiff.recorded.elimination import WorkingFrame, dot, least_size
@@ -79,7 +80,7 @@ class NoUnitWrenchesError(Exception):
     """No basis of unit wrenches was found: the other forms answer."""
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class ConjugateWrench:
     """A wrench of a leg, conjugate to its others."""
 
@@ -98,7 +99,7 @@ class ConjugateWrench:
         return [record.simplified(dot(factors, own), scale) for *own, scale in columns]
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class BlockSprings:
     """Parallel branches as a spring."""
 

@@ -44,6 +44,7 @@ from robostiff.analytic.reading.rewriting import Written
 from robostiff.analytic.reading.short_writing import shortest
 from robostiff.analytic.springs.leg_springs import LegReader, NoUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
+from robostiff.frozen import frozen
 from robostiff.record import Entry, is_zero
 from robostiff.recorded.elimination import cross
 from robostiff.recorded.leg import at_samples
@@ -56,7 +57,7 @@ _SAME = 1e-10
 LegInNames = tuple[Any, tuple[Any, ...]]
 
 
-@dataclass(frozen=True)
+@frozen
 class SumOfSprings:
     """Stiffness of a robot in names, and what the names stand for."""
 

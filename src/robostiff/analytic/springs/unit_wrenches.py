@@ -7,7 +7,6 @@ found at the samples of the record, where each of them does no work on any passi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations, islice, pairwise
 from math import comb
@@ -20,6 +19,7 @@ from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.elasticity import Elasticity
 from robostiff.elastostatics.parallel_block import block_compliance
 from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics.jacobians import spring_compliance
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, square_root
@@ -31,7 +31,7 @@ _RANK = 1e-7
 _ELASTIC = 1e-9  # of the largest compliance
 
 
-@dataclass(frozen=True)
+@frozen
 class SampledLeg:
     """A leg at the samples: passive twists and compliance about the reference, scaled.
 
@@ -123,7 +123,7 @@ def _alike(vectors: np.ndarray, close: float, *, up_to_sign: bool) -> list[list[
     return found
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class UnitWrench:
     """A unit force along a line, or a unit couple."""
 
@@ -158,7 +158,7 @@ class UnitWrench:
         return record.simplified(total + part[2] * self.direction[2], length)
 
 
-@dataclass(frozen=True)
+@frozen
 class Basis:
     """Unit wrenches of a leg and how they share energy."""
 
@@ -178,7 +178,7 @@ class Basis:
         return int(np.sum(np.triu(self.coupled, 1)))
 
 
-@dataclass(frozen=True)
+@frozen
 class WrenchSearch:
     """Finds a basis of unit wrenches of which few or none share energy."""
 
@@ -297,7 +297,7 @@ class WrenchSearch:
         return found
 
 
-@dataclass(frozen=True)
+@frozen
 class _PlacedWrench:
     """A unit wrench, its direction among scaled wrenches, its length there, and what it costs."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import fields
 from functools import cached_property
 from itertools import product
 from typing import Any
@@ -19,6 +19,7 @@ import sympy as sp
 from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import Definition, NamedSteps, used_definitions
 from robostiff.analytic.vectors.vector_expressions import Coordinates, Equation, names_in, value_of
+from robostiff.frozen import field, frozen, replace
 from robostiff.spatial import Space
 
 
@@ -95,7 +96,7 @@ def _lever(v: Any, R: Any) -> sp.Matrix:
     return sp.Matrix.hstack(*(v.cross(R.col(j)) for j in range(3)))
 
 
-@dataclass(frozen=True)
+@frozen
 class FormulaInVectors(Formula):
     """A stiffness at vector level; K and its steps are those of the components.
 
@@ -137,7 +138,7 @@ class FormulaInVectors(Formula):
         return Components(names_in(tuple(parts)), self.names)
 
 
-@dataclass(frozen=True)
+@frozen
 class VectorForm(FormulaInVectors):
     """A generic leg, a table of what differs between the legs, and the sum.
 
@@ -308,7 +309,7 @@ def beam_compliances(L: Any, EA: Any, EI_y: Any, EI_z: Any, GJ: Any) -> list[Any
     return [L / EA, L**3 / (12 * EI_z), L**3 / (12 * EI_y), L / GJ, L / EI_y, L / EI_z]
 
 
-@dataclass(frozen=True)
+@frozen
 class InSeries(FormulaInVectors):
     """The compliance of a serial arm in axes of its own, entry by entry.
 

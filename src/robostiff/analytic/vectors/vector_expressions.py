@@ -6,7 +6,7 @@ They are nodes that SymPy replaces, compares and keeps, and that it does not sim
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import reduce
 from operator import add, matmul
 from typing import Any
@@ -15,6 +15,8 @@ import numpy as np
 import sympy as sp
 from sympy.core.function import AppliedUndef
 from sympy.core.symbol import Str
+
+from robostiff.frozen import frozen
 
 #: A vector, a wrench, a rotation or a scalar.
 VectorExpression = sp.Basic
@@ -174,7 +176,7 @@ def value_of(x: Any, known: Any, scalar: Callable[[Any], Any]) -> Any:  # noqa: 
     return found
 
 
-@dataclass(frozen=True)
+@frozen
 class Equation:
     """``name = expression``; the name is that of a vector, a rotation or a scalar.
 

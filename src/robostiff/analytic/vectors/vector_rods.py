@@ -13,7 +13,6 @@ What all vectors are at the samples follows from the same equations.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
@@ -35,6 +34,7 @@ from robostiff.analytic.vectors.vector_expressions import (
     VectorExpression,
     value_of,
 )
+from robostiff.frozen import frozen
 from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.model import PlacedLeg, Telescope
 from robostiff.record import Entry, square_root
@@ -53,7 +53,7 @@ _F, _H, _Z = (sp.Symbol(name, real=True) for name in ("f_i", "h_i", "z_i"))
 SCALARS = {_F, _H, _ALONG, _Z, LENGTH, COSINE, SINE}
 
 
-@dataclass(frozen=True)
+@frozen
 class Platform:
     """How vectors of the platform are written in the world."""
 
@@ -86,7 +86,7 @@ class Carrier(Enum):
     DYAD = "link on a slide"
 
 
-@dataclass(frozen=True)
+@frozen
 class Numbers:
     """Vectors and scalars of a leg at the samples, by name, found by their equations."""
 
@@ -108,7 +108,7 @@ class Numbers:
             return np.moveaxis(value_of(x, self.known, scalar), -1, 0)
 
 
-@dataclass(frozen=True, eq=False)
+@frozen(eq=False)
 class Bar:
     """The straight part of a leg between its outer joints."""
 

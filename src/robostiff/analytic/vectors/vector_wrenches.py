@@ -8,7 +8,6 @@ couple; where more of them do, the leg has a small matrix of compliances.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -39,6 +38,7 @@ from robostiff.analytic.vectors.vector_rods import (
     are_along,
     varies,
 )
+from robostiff.frozen import frozen, replace
 from robostiff.model import PlacedLeg
 from robostiff.record import Entry, Record
 from robostiff.recorded.elimination import cross
@@ -47,7 +47,7 @@ from robostiff.recorded.leg import at_samples as sampled
 _LONGEST = 80  # operations of a compliance that is printed for a generic leg
 
 
-@dataclass(frozen=True)
+@frozen
 class LegInVectors:
     """A leg as it is written: its wrenches, what each meets, and what pairs of them share."""
 
@@ -81,7 +81,7 @@ _Written = tuple[int, UnitWrench, Stacked]
 _OfBars = Callable[[UnitWrench], Any]
 
 
-@dataclass(frozen=True)
+@frozen
 class WrenchWriter:
     """Writes the wrenches of legs in vectors, and what they meet in scalars of these."""
 

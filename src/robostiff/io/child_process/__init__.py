@@ -7,18 +7,18 @@ import os
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from robostiff.errors import FileError, Location, Words
+from robostiff.frozen import frozen
 
 _SERVE = Path(__file__).with_name("serve.py")
 # What may be asked of it; these scripts import nothing of this package.
 EXPAND_XACRO, READ_HDF5 = map(_SERVE.with_name, ("expand_xacro.py", "read_hdf5.py"))
 
 
-@dataclass(frozen=True)
+@frozen
 class ProcessLimits:
     """Bounds on a child process."""
 

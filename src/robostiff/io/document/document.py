@@ -11,10 +11,11 @@ from operator import getitem
 from typing import Any, ClassVar, Self
 
 from robostiff.errors import FileError, InputError, Location, Words
+from robostiff.frozen import frozen
 from robostiff.io.suggest import did_you_mean, listing
 
 
-@dataclass(frozen=True)
+@frozen
 class Limits:
     """Bounds on a document; YAML takes much longer to read than JSON, and has narrower ones."""
 
@@ -46,7 +47,7 @@ Path = tuple[str | int, ...]
 Marks = dict[Path, tuple[int, ...]]
 
 
-@dataclass(frozen=True)
+@frozen
 class Document:
     r"""Data of a file, and their locations.
 
@@ -205,7 +206,7 @@ class Builder:
         return (*top.path, top.key[0]) if top.key else top.path
 
 
-@dataclass(frozen=True)
+@frozen
 class DocumentPlace:
     """A path in a document, at which errors are located."""
 

@@ -10,6 +10,7 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from robostiff.errors import InputError, Words
+from robostiff.frozen import frozen
 from robostiff.io.expression import functions
 from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics
 from robostiff.io.suggest import did_you_mean, listing, nearest
@@ -17,7 +18,7 @@ from robostiff.io.units import UNIT_WORDS, SIQuantity, Unit, is_unit_word, make_
 from robostiff.io.units.unit import NUMBER, after_space
 
 
-@dataclass(frozen=True)
+@frozen
 class Token:
     """A piece of the text: kind is ``number``, ``name``, ``end``, or the operator itself."""
 
@@ -29,7 +30,7 @@ class Token:
     unit: Unit | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class ParsedOperation:
     """A sign, an operator between two operands, or a function of the table, applied."""
 
@@ -215,7 +216,7 @@ class _Parser:
         return error_at(self.text, token.column, got, expected, hint)
 
 
-@dataclass(frozen=True)
+@frozen
 class Expression:
     """An arithmetic expression, made by `parse`.
 

@@ -10,12 +10,12 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
 from typing import Any
 
 from robostiff.errors import InputError, Words
+from robostiff.frozen import frozen
 from robostiff.io.units import Dimension, SIQuantity, Unit, exact_quantity, make_quantity, make_unit
 from robostiff.spatial.formula import exact_number, is_possible
 
@@ -27,7 +27,7 @@ def refusal(got: str, expected: str, hint: str | None = None) -> InputError:
     return InputError("operation", got=Words(got), expected=expected, hint=hint)
 
 
-@dataclass(frozen=True)
+@frozen
 class Mathematics:
     """The functions of one kind of magnitude."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import Annotated, Any, Literal, cast
@@ -12,6 +11,7 @@ from annotated_types import MaxLen, MinLen
 from pydantic import AfterValidator, Field, Tag
 
 from robostiff.errors import InputError, Words, warn_of_slip
+from robostiff.frozen import frozen, replace
 from robostiff.io.document import Document
 from robostiff.io.model_file.joints import MAKERS, STIFFNESS_OF, WrittenDrive, WrittenJoint
 from robostiff.io.model_file.links import (
@@ -188,7 +188,7 @@ _ALONE = (
 )
 
 
-@dataclass(frozen=True)
+@frozen
 class DescribedTree:
     """A tree of links with the side file that is written about it."""
 

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from robostiff.errors import FileError, InputError, Location, Words, warn_of_slip
 from robostiff.extras import READERS, added
+from robostiff.frozen import frozen
 from robostiff.io.bounded_file import bounded_bytes
 from robostiff.io.document import Document, read_document
 from robostiff.io.model_file.place import VERSION, check_version
@@ -30,7 +31,7 @@ from robostiff.spatial import Frame
 Numbers = Sequence[float] | np.ndarray
 
 
-@dataclass(frozen=True)
+@frozen
 class XmlLimits:
     """Bounds on a description."""
 
@@ -176,7 +177,7 @@ class JointType(Enum):
     FLOATING = "floating"
 
 
-@dataclass(frozen=True)
+@frozen
 class Mimic:
     """A joint whose coordinate is ``multiplier`` times that of another one plus ``offset``."""
 
@@ -185,7 +186,7 @@ class Mimic:
     offset: float
 
 
-@dataclass(frozen=True)
+@frozen
 class TreeJoint:
     """A joint between a link and its child."""
 
@@ -215,7 +216,7 @@ class TreeJoint:
         return self.before.p + self.before.R @ (self.home * self.axis * slides)
 
 
-@dataclass(frozen=True)
+@frozen
 class TreeLoop:
     """Frames on two links that coincide up to the motion of what is between them."""
 
@@ -225,7 +226,7 @@ class TreeLoop:
     element: Joint | Link | None  #: a joint, a spring, or nothing for links that are welded
 
 
-@dataclass(frozen=True)
+@frozen
 class RigidTree:
     """Links connected to one root.
 
@@ -301,7 +302,7 @@ class RigidTree:
         return FileError(Location(self.file), subject, got=got, expected=expected, hint=hint)
 
 
-@dataclass(frozen=True)
+@frozen
 class Reader:
     """Reads descriptions of robots."""
 

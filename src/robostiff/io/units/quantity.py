@@ -11,13 +11,13 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 from numbers import Real
 from typing import Any
 
 from robostiff.errors import InputError, Location, Words, warn_of_slip
+from robostiff.frozen import frozen
 from robostiff.io.suggest import did_you_mean, listing
 from robostiff.io.units.unit import BASE, NUMBER, UNIT_WORDS, WORD, Unit, after_space, read_unit
 from robostiff.model.checks import FARTHEST, FULL_TURN
@@ -96,7 +96,7 @@ class Dimension(Enum):
 _REFUSED_RAD = {Dimension.NUMBER: 1, Dimension.MOMENT: -1, Dimension.ADVANCE_PER_TURN: -1}
 
 
-@dataclass(frozen=True)
+@frozen
 class SIQuantity:
     """A number or a formula of base units, made by `make_quantity`.
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from types import MappingProxyType
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 
 Powers = tuple[float, float, float, float]
 BASE = ("m", "kg", "s", "rad")
 
 
-@dataclass(frozen=True)
+@frozen
 class Unit:
     """A unit: so many times a product of powers of m, kg, s and rad.
 

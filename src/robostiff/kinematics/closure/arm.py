@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics.closure.body import (
     ClosedLeg,
     LegBody,
@@ -29,7 +28,7 @@ _CROSSED = 1e-3  # sine between axes that turn a third one in all directions the
 _MEET = 1e-6
 
 
-@dataclass(frozen=True)
+@frozen
 class Arm(LegForm):
     """Three turns, the last two about parallel axes, and a wrist whose axes meet in one point.
 

@@ -5,13 +5,13 @@ An assembly mode are the postures reached on paths without singularity.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from robostiff.elastostatics.tolerance import Tolerance
+from robostiff.frozen import frozen
 from robostiff.kinematics.closure.loops import ClosurePart, Loops
 from robostiff.spatial.batch import transposed
 
@@ -85,7 +85,7 @@ def nearest(loops: Loops, x: np.ndarray) -> np.ndarray:
     return best
 
 
-@dataclass(frozen=True)
+@frozen
 class _Directions:
     """Combinations of equations and of unknowns in which a part is square and regular.
 
@@ -108,7 +108,7 @@ class _Directions:
         return transposed(self.U) @ J @ self.V
 
 
-@dataclass(frozen=True)
+@frozen
 class Followed:
     """Postures at prescribed coordinates."""
 
@@ -164,7 +164,7 @@ def closed_near(loops: Loops, x: np.ndarray) -> Followed:
     return Followed(x, closed, np.zeros(len(x), dtype=bool), loops.ends)
 
 
-@dataclass(frozen=True)
+@frozen
 class AssemblyMode:
     """The assembly mode of a closed posture: postures reached on paths without singularity.
 

@@ -7,11 +7,11 @@ both.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import field, frozen
 from robostiff.model import TelescopicBeam
 from robostiff.record import (
     Entry,
@@ -117,7 +117,7 @@ def tidied_point(p: np.ndarray) -> np.ndarray:
     return tidied(p, max(most_size(x) for x in p))
 
 
-@dataclass(frozen=True)
+@frozen
 class Rest:
     """A frame of a body while all coordinates are zero."""
 
@@ -134,7 +134,7 @@ class Rest:
         return tidied(self.R.T @ (x - self.p), max(most_size(c) for c in (*x, *self.p)))
 
 
-@dataclass(frozen=True)
+@frozen
 class LegBody:
     """A frame of a body at zero coordinates and now; all else of the body moves along."""
 
@@ -246,7 +246,7 @@ _OPPOSITE = 1e-12
 Sign = int | np.ndarray
 
 
-@dataclass(frozen=True)
+@frozen
 class Aim:
     """The two unit vectors b = level +- across at given angles to two directions a and d."""
 
@@ -317,7 +317,7 @@ def coordinate_axis_along(d: np.ndarray) -> np.ndarray:
     return sign * np.eye(3, dtype=int)[i]
 
 
-@dataclass(frozen=True)
+@frozen
 class Stretch:
     """Coordinate of a slide [m] from a length: ``length + offset``."""
 
@@ -334,7 +334,7 @@ class Stretch:
         return self.length * beam.share + (beam.fixed + beam.share * self.offset)
 
 
-@dataclass(frozen=True)
+@frozen
 class ClosedLeg:
     """Bodies of a closed leg; joints and places are those of the main path of its chain."""
 

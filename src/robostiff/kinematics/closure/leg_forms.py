@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product as combinations
 from typing import Any, Self
 
 import numpy as np
 
+from robostiff.frozen import field, frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.closure.body import (
     ClosedLeg,
@@ -50,7 +50,7 @@ _ON_AXIS = 1e-9  # sine: rounding
 _ROUNDING = 1e-13  # of the length of a link
 
 
-@dataclass(frozen=True)
+@frozen
 class Cluster:
     """Axes through one point: one or two, or a spherical joint."""
 
@@ -61,7 +61,7 @@ class Cluster:
     drawn_at: int  # place of the joint that is drawn at the point
 
 
-@dataclass(frozen=True)
+@frozen
 class Slide:
     """A prismatic freedom, with its place in the coordinate vector."""
 
@@ -69,7 +69,7 @@ class Slide:
     place: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Skeleton:
     """A leg in its base frame at zero coordinates (locked joints at home)."""
 
@@ -195,7 +195,7 @@ def _is_copy(first: Branch, other: Branch) -> bool:
 _DIGITS = 9  # to which two distances from home count as equal
 
 
-@dataclass(frozen=True)
+@frozen
 class RootSigns:
     """Signs, each 1 or -1, of the roots that a closed form takes; a smooth path keeps them."""
 
@@ -328,7 +328,7 @@ def _balls(chain: Chain) -> Iterator[slice]:
             yield place
 
 
-@dataclass(frozen=True)
+@frozen
 class LegForm(ABC):
     """A leg of a kind that closes without iteration: one formula for records and for poses."""
 
@@ -412,7 +412,7 @@ class LegForm(ABC):
         )
 
 
-@dataclass(frozen=True)
+@frozen
 class Post(LegForm):
     """A leg whose only joint turns about one point, and takes the turn that the pose has.
 

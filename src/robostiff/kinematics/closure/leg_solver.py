@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics.closure.arm import Arm
 from robostiff.kinematics.closure.assembly_mode import Followed, closed_near, follow
 from robostiff.kinematics.closure.assembly_mode import nearest as nearest_closed
@@ -41,7 +41,7 @@ _STEP = 0.1  # of drives that are moved alone [rad, or parts of the length]
 _OPEN = 1e-11  # of the length: more than rounding leaves between copies
 
 
-@dataclass(frozen=True)
+@frozen
 class LegSolver:
     """Closes legs with equal chains at platform poses, in one assembly mode.
 

@@ -8,12 +8,12 @@ Screws that make many turns take steps in which another joint about the same axi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import field, frozen
 from robostiff.kinematics.closure.motion_tree import (
     AT_REST,
     LoopEnd,
@@ -91,7 +91,7 @@ def _spins_of(loops: Loops) -> tuple[Spin, ...]:
     return tuple(found)
 
 
-@dataclass(frozen=True)
+@frozen
 class ClosurePart:
     """Equations whose determinant keeps its sign within an assembly mode."""
 
@@ -105,7 +105,7 @@ class ClosurePart:
         return np.concatenate([self.loops, self.ends])
 
 
-@dataclass(frozen=True)
+@frozen
 class Loops:
     """Loops of a motion tree as equations at postures x (N, size), one in each row.
 

@@ -7,12 +7,12 @@ frames at many hundred postures. The kinds of joints do not depend on the pose, 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import Chain, Joint, JointKind, ParallelBlock, Rigid, Telescope
@@ -24,7 +24,7 @@ from robostiff.spatial.screw import twists_of_screws
 _WORLD = 0
 
 
-@dataclass(frozen=True)
+@frozen
 class Fixed:
     """A frame at rest in one of the moving frames: its number, axes and origin [m]."""
 
@@ -44,7 +44,7 @@ class Fixed:
 AT_REST = Fixed(_WORLD, np.eye(3), np.zeros(3))
 
 
-@dataclass(frozen=True)
+@frozen
 class LoopEnd:
     """Two frames that closure brings together, and the places of coordinates that move them."""
 
@@ -54,7 +54,7 @@ class LoopEnd:
     leading: tuple[int, ...]  # those that move the other
 
 
-@dataclass(frozen=True)
+@frozen
 class PlacedTree:
     """All frames, axes and ends of loops at N postures, or at one of recorded entries without N."""
 
@@ -85,7 +85,7 @@ class PlacedTree:
         return R @ tidied(R_own), start + R @ tidied_point(p_own)
 
 
-@dataclass(frozen=True)
+@frozen
 class _Sorted:
     """What every frame but the world does, the frames in the order of levels.
 

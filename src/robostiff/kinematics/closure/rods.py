@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import field, frozen, replace
 from robostiff.kinematics.closure.body import (
     ClosedLeg,
     LegBody,
@@ -42,7 +42,7 @@ _ON_AXIS = 1e-6
 Pair = tuple[np.ndarray, np.ndarray]
 
 
-@dataclass(frozen=True)
+@frozen
 class RodForm(LegForm):
     """A leg with a rod from joint A to joint B, at zero coordinates."""
 
@@ -61,7 +61,7 @@ class RodForm(LegForm):
         return not self.B.is_ball and (self.spin is not None or self.A.is_ball)
 
 
-@dataclass(frozen=True)
+@frozen
 class Strut(RodForm):
     """A slide along the line from joint A to joint B, perhaps with a turn about it.
 
@@ -113,7 +113,7 @@ def _fit(first: Cluster, second: Cluster, along: np.ndarray) -> bool:
     return crossed and (second.is_ball or len(second.axes) <= 2)
 
 
-@dataclass(frozen=True)
+@frozen
 class Rod(RodForm):
     """A slide or crank that carries joint A, and a rod of length l from A to joint B.
 
@@ -246,7 +246,7 @@ def rod_between(skeleton: Skeleton, drive: Slide | Cluster, A: Cluster, B: Clust
     return Rod(skeleton, *of_form, A, B, along, side, skeleton.home, None, drive)
 
 
-@dataclass(frozen=True)
+@frozen
 class _RodNow:
     """A rod whose ends are known."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, ClassVar
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
+from robostiff.frozen import field, frozen, replace
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
 from robostiff.model.snapshot import PlacedElement
 from robostiff.record import square_root, usual_size
@@ -113,7 +113,7 @@ def _determinant(A: Sequence[Any], B: Sequence[Any]) -> Any:
 _ELEMENTS = "_as_elements"
 
 
-@dataclass(frozen=True)
+@frozen
 class Linear:
     """Elastic parts as linear springs: axial load does not change how a beam bends.
 
@@ -122,7 +122,7 @@ class Linear:
     """
 
 
-@dataclass(frozen=True)
+@frozen
 class Bowing:
     """Beams with the energy of their shortening by bending.
 
@@ -194,7 +194,7 @@ def is_rigid(element: PlacedElement) -> bool:
     return isinstance(element, PlacedSpring) and element.elasticity.is_rigid
 
 
-@dataclass(frozen=True)
+@frozen
 class Elements(ABC):
     """What makes elements of parts: numbers, or entries of a record in arrays of objects."""
 
@@ -224,7 +224,7 @@ class Elements(ABC):
         """An elastic part of a leg as one spring, or a beam as elements with their bowing."""
 
 
-@dataclass(frozen=True)
+@frozen
 class ElementsOfParts(Elements):
     """Of numbers; what is known of one part is used for all alike."""
 

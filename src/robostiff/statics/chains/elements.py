@@ -7,13 +7,13 @@ in `moving_chain`.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.model import ForceLaw, PlacedBodySpring
 from robostiff.model.stiffness_law import ForceFromStiffness
 from robostiff.record import is_zero, reciprocal, square_root, usual_size
@@ -27,7 +27,7 @@ _IDENTITY = np.eye(3, dtype=int)
 _NONE = 1e-12
 
 
-@dataclass(frozen=True)
+@frozen
 class BodyPlace:
     """A body that has moved: a point X of the unloaded posture is now at ``R X + t``."""
 
@@ -39,7 +39,7 @@ class BodyPlace:
         return self.R @ point + self.t
 
 
-@dataclass(frozen=True)
+@frozen
 class FiniteJoint:
     """A joint that moves by q along its screw; energy ``k q^2 / 2 - f q``.
 
@@ -84,7 +84,7 @@ class FiniteJoint:
         return [1.0 if self.turns else 1.0 / length]
 
 
-@dataclass(frozen=True)
+@frozen
 class Bending:
     """How bending shortens beams, by forms z of the motion of the far end that do not mix.
 
@@ -174,7 +174,7 @@ class Bending:
         )
 
 
-@dataclass(frozen=True)
+@frozen
 class BowingTerms:
     """What bowing contributes to the equations of beams with m coordinates; see `Bending`."""
 
@@ -197,7 +197,7 @@ def _outer(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return a[..., :, None] * b[..., None, :]
 
 
-@dataclass(frozen=True)
+@frozen
 class FiniteSpring:
     """An elastic part: its far end is displaced by d and turned by the rotation vector r.
 
@@ -238,7 +238,7 @@ class FiniteSpring:
 Element = FiniteJoint | FiniteSpring
 
 
-@dataclass(frozen=True)
+@frozen
 class BodyLoad:
     """A force that keeps its direction, at a point of the body behind some elements of a chain."""
 
@@ -283,7 +283,7 @@ class Spot(NamedTuple):
 NOBODY = Owner(-1, "", 0)
 
 
-@dataclass(frozen=True)
+@frozen
 class FiniteChain:
     """Elements in series from one body to another."""
 
@@ -305,7 +305,7 @@ class FiniteChain:
         return sum(e.size for e in self.elements)
 
 
-@dataclass(frozen=True)
+@frozen
 class FiniteCoupling:
     """A gear or differential: a sum ``s = sum(a q)`` of joint coordinates, and what holds it."""
 
@@ -321,7 +321,7 @@ class FiniteCoupling:
         return replace(self, place=first, terms=tuple(terms))
 
 
-@dataclass(frozen=True)
+@frozen
 class Share:
     """How much of preloads and of loads on legs acts, and how that grows with the factor."""
 
@@ -349,7 +349,7 @@ ON_PLATFORM = Spot(-1, 0)
 Spots = tuple[Spot | None, Spot | None]
 
 
-@dataclass(frozen=True)
+@frozen
 class FiniteBodySpring:
     """A spring between two bodies; ``t = k l + s c - (1 - s) k l_0`` at the share s of loads.
 
@@ -402,7 +402,7 @@ class FiniteBodySpring:
         return tension * (length - self.length)
 
 
-@dataclass(frozen=True)
+@frozen
 class SpringArrays:
     """Springs side by side: S of them, with two ends each, A of which chains hold."""
 
@@ -466,7 +466,7 @@ class SpringArrays:
         return force[self.of_spring] * (1 - 2 * self.side)[:, None]
 
 
-@dataclass(frozen=True)
+@frozen
 class Pulls:
     """What springs do at a state: forces (S, 3) on first points; the opposite on the second [N].
 

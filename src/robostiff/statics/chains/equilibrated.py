@@ -7,9 +7,10 @@ Where the closure of a leg ``J dx = dt`` lacks the directions Λ, ``Λ^T J = 0``
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
+
+from robostiff.frozen import frozen
 
 # Of the largest singular value of an equilibrated system: below this a direction is lost.
 LOST = 1e-11
@@ -117,7 +118,7 @@ def _norm(A: np.ndarray) -> np.ndarray:
     return np.abs(A).sum(-1).max(-1, initial=0.0)
 
 
-@dataclass(frozen=True)
+@frozen
 class Closure:
     """The closure of legs of a group, by coordinates that turn by 1 rad or shift by a length."""
 
@@ -166,7 +167,7 @@ class Closure:
         return found, regular, (gaps, carried)
 
 
-@dataclass(frozen=True)
+@frozen
 class HeldPlatform:
     """Directions of the platform that rigid parts hold, in lengths (scaled coordinates)."""
 

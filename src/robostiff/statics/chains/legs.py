@@ -7,12 +7,12 @@ are one component: its unknowns do not follow from those of others while the pla
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import frozen, replace
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import (
     NOBODY,
@@ -42,7 +42,7 @@ from robostiff.statics.chains.numbers import (
 )
 
 
-@dataclass(frozen=True)
+@frozen
 class LegState:
     """Where the legs of a robot are: U coordinates, C chains, bodies between them, and B beams."""
 
@@ -56,7 +56,7 @@ class LegState:
     axial: np.ndarray  # (B,): axial forces of beams with bowing [N]
 
 
-@dataclass(frozen=True)
+@frozen
 class LegEquations:
     """Residual and tangent of all T unknowns of the legs, platform apart.
 
@@ -74,7 +74,7 @@ class LegEquations:
     pulls: Pulls | None
 
 
-@dataclass(frozen=True)
+@frozen
 class Legs:
     """All legs of a robot.
 

@@ -7,11 +7,11 @@ record: what is zero there leaves no operation.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import frozen
 from robostiff.record import cosine, sine
 from robostiff.spatial import skew
 from robostiff.statics.chains.elements import (
@@ -41,7 +41,7 @@ NEXT, LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 _MANY = 500
 
 
-@dataclass(frozen=True)
+@frozen
 class FiniteTurn:
     """Rotation exp(r x) and its angular velocity W dr: the left Jacobian of SO(3).
 
@@ -136,7 +136,7 @@ def sum_of_crossed(S: np.ndarray) -> np.ndarray:
     return S[..., NEXT, LAST] - S[..., LAST, NEXT]
 
 
-@dataclass(frozen=True)
+@frozen
 class ChainTerms:
     """What C chains contribute to the equations of their legs, by Q columns and P pairs of them.
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 import itertools
 from collections import defaultdict
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from robostiff.frozen import frozen
 from robostiff.kinematics.spanning_tree import connected_parts
 from robostiff.statics.chains.elements import ChainKind, Spot
 
@@ -23,7 +23,7 @@ WIDE = 6
 _NONE = np.zeros(0, dtype=int)
 
 
-@dataclass(frozen=True)
+@frozen
 class LegsKind:
     """What the numbers of unknowns take from all legs."""
 
@@ -43,7 +43,7 @@ class Component(NamedTuple):
     rigid: list[int]  # couplings
 
 
-@dataclass(frozen=True)
+@frozen
 class ComponentBlock:
     """N components of one kind."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from robostiff.frozen import frozen, replace
 from robostiff.statics.equations.newton import (
     CAP,
     SHARP,
@@ -216,7 +216,7 @@ _BEHIND, _HALVES = (1e-5, 1e-4, 1e-3), 30
 _BACK, _SAME_FACTOR = 1e-6, 1e-10
 
 
-@dataclass(frozen=True)
+@frozen
 class OnPath:
     """An equilibrium on a path, and the critical points since the one before, least load first.
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 
+from robostiff.frozen import frozen, replace
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.equations.problem import (
     EquilibriumProblem,
@@ -35,7 +34,7 @@ _REPEATS, _ENDLESS = 1e-9, 4
 _FREE_RUN = 0.5 * CAP
 
 
-@dataclass(frozen=True)
+@frozen
 class FoundEquilibrium:
     """Where Newton's method ended."""
 
@@ -122,7 +121,7 @@ def _found_at(
     return FoundEquilibrium(loading, state, factor, known, True, steps, direct)
 
 
-@dataclass(frozen=True)
+@frozen
 class PathStep:
     """A step on a path of equilibria.
 

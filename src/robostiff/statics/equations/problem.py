@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
+from robostiff.frozen import field, frozen, replace
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import NOBODY, Share, Spot
 from robostiff.statics.chains.equilibrated import Closure, HeldPlatform, solved, unit_free
@@ -21,7 +21,7 @@ LOST = 1e-14
 _PULLS = 1e-9
 
 
-@dataclass(frozen=True)
+@frozen
 class LoadCase:
     """What acts on a robot at load factor s.
 
@@ -39,7 +39,7 @@ class LoadCase:
         return Share(self.share + factor * self.share_rate, self.share_rate)
 
 
-@dataclass(frozen=True)
+@frozen
 class DeadForces:
     """Forces f on the platform that keep their directions, at arms b from its point.
 
@@ -68,7 +68,7 @@ class DeadForces:
         return -float(self.force @ shift + np.trace((R - np.eye(3)) @ self.levers))
 
 
-@dataclass(frozen=True)
+@frozen
 class Steady:
     """What acts on the platform at any load, in balance with cables at the unloaded posture."""
 
@@ -76,7 +76,7 @@ class Steady:
     moment: np.ndarray  # (r,): as a wrench
 
 
-@dataclass(frozen=True)
+@frozen
 class State:
     """Where everything is: the platform, and the legs."""
 
@@ -85,7 +85,7 @@ class State:
     legs: LegState
 
 
-@dataclass(frozen=True)
+@frozen
 class Linearised:
     """The equations of a robot at a state, legs eliminated.
 
@@ -113,7 +113,7 @@ class Linearised:
         return self.held_platform is not None
 
 
-@dataclass(frozen=True)
+@frozen
 class EquilibriumProblem:
     """A robot, unloaded at a posture, and the forces on its platform."""
 

@@ -10,11 +10,11 @@ configurations crosses the path.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from robostiff.analysis.free_motion import free_motions_in_words
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.statics.chains.elements import NOBODY
 from robostiff.statics.chains.legs import LegEquations, Legs
@@ -40,7 +40,7 @@ _BRANCHES = 1e-4
 _TOGETHER = 1e-7
 
 
-@dataclass(frozen=True)
+@frozen
 class Margin:
     """How far the energy is from losing its minimum.
 
@@ -231,7 +231,7 @@ def null_motions(C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         yield legs, np.swapaxes(Vt[legs, rank:], -1, -2)
 
 
-@dataclass(frozen=True)
+@frozen
 class Regular:
     """The closure of a robot at a posture: bases of its rows (c, k) and columns (n, k)."""
 
@@ -362,7 +362,7 @@ def unloaded_curvature(legs: Legs, g: int) -> np.ndarray:
     return elastic_curvature(legs, g) + np.array([K[np.ix_(u, u)] for u in coordinates])
 
 
-@dataclass(frozen=True)
+@frozen
 class CriticalPoint:
     """The first equilibrium along a growing load that is not stable, or a singular posture.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.frozen import field, frozen
 from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import cross, twist_transport
 from robostiff.statics.chains.elements import FiniteJoint, Spot
@@ -35,7 +35,7 @@ _LOOSE, _CLEARLY = 1e-10, 1e5
 _SAME, _SMALL = 1e-8, 1e-6
 
 
-@dataclass(frozen=True)
+@frozen
 class CarriedMass:
     """A mass, and what carries it.
 
@@ -67,7 +67,7 @@ class CarriedMass:
         return self.part is not None and self.parts > 0 and is_long
 
 
-@dataclass(frozen=True)
+@frozen
 class CarriedMasses:
     """All masses of a robot, at the unloaded posture."""
 

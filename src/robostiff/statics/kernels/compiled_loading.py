@@ -18,6 +18,7 @@ from robostiff.compiled.codes import chunks_of, in_shares
 from robostiff.compiled.kernel import whole_threads
 from robostiff.elastostatics.status import PoseBatch, Status
 from robostiff.errors import InputError, OpenAtHomeError
+from robostiff.frozen import frozen
 from robostiff.kinematics import JointCoordinates, Pose, Posture, posture_finder
 from robostiff.kinematics.turn import pose_after, turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
@@ -36,7 +37,7 @@ from robostiff.statics.solution import Solution, solved
 _SAME, _ROUNDING = 1e-5, 1e-12
 
 
-@dataclass(frozen=True)
+@frozen
 class Platforms(PoseBatch):
     """Loaded platforms at N poses, and how they move with the n parameters of their robot.
 
@@ -149,7 +150,7 @@ class SolvedOnDemand(OnDemand):
             yield part, postures.posture
 
 
-@dataclass(frozen=True, repr=False)
+@frozen(repr=False)
 class CompiledLoading:
     """A robot under load whose equilibria are recorded once, for millions of poses; picklable.
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import frozen
 from robostiff.record import Entry, is_zero, least_size, reciprocal, usual_size
 
 # Of the largest entry of its column, and of its own mean over the samples: a pivot above is safe.
@@ -211,7 +212,7 @@ def _as_part(value: Any) -> Any:
     return value * (1 / usual_size(value)) if isinstance(value, Entry) else value
 
 
-@dataclass(frozen=True)
+@frozen
 class Factored:
     """``K + A`` eliminated in order, K symmetric and A antisymmetric.
 

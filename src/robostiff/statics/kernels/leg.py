@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics.frames import Placing
 from robostiff.model import PlacedBodySpring, PlacedSpring
 from robostiff.model.body_spring import BodySpring
@@ -24,7 +24,7 @@ from robostiff.statics.kernels.elimination import SymmetricElimination
 _LOST = 1e-20
 
 
-@dataclass(frozen=True)
+@frozen
 class RecordedElements(Elements):
     """Of entries, by those in numbers.
 
@@ -104,7 +104,7 @@ class MovingBody(NamedTuple):
     p: np.ndarray
 
 
-@dataclass(frozen=True)
+@frozen
 class MovedBody:
     """A body that has moved from its unloaded posture: a shift, and a quaternion."""
 
@@ -153,7 +153,7 @@ class MovedBody:
         return dict(zip(self.coordinates, after, strict=True))
 
 
-@dataclass(frozen=True)
+@frozen
 class RecordedLegs:
     """Legs whose coordinates, wrenches and bodies are unknowns, numbered as those of `Legs`.
 

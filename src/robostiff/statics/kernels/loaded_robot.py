@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 from operator import add
 from typing import Any, cast
@@ -11,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from robostiff.elastostatics import Status
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics import PostureFinder
 from robostiff.model import PlacedMass, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
@@ -65,7 +65,7 @@ _WORLD = np.eye(3), np.zeros(3)
 HANDED = BEFORE_FIRST | {_PART: HALF**2}
 
 
-@dataclass(frozen=True)
+@frozen
 class _Equations:
     """The platform's equations at a state, legs eliminated.
 
@@ -87,7 +87,7 @@ class _Equations:
         return Factored.of(self.K_total, self.antisymmetric)
 
 
-@dataclass(frozen=True)
+@frozen
 class LoadedRobot:
     """A robot on entries, placed at its unloaded posture."""
 
@@ -263,7 +263,7 @@ class LoadedRobot:
         return found + of_drives
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen(kw_only=True)
 class RecordedLoading(RecordedSteps):
     """Newton steps from the unloaded posture to equilibrium.
 

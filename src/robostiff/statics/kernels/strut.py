@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import reduce
 from operator import add
 from typing import Any
 
 import numpy as np
 
+from robostiff.frozen import frozen
 from robostiff.record import Entry, is_zero, reciprocal, square_root
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import cross
@@ -36,7 +36,7 @@ _PART, _MISSED = 1.03, 2.0
 _NONE = 1e-6
 
 
-@dataclass(frozen=True)
+@frozen
 class RecordedStrut:
     """A spring between a point of the base and one of the platform."""
 
@@ -165,7 +165,7 @@ def _turning_points(chain: FiniteChain) -> list[np.ndarray]:
     return [e.point for e in joints if is_zero(e.stiffness)]
 
 
-@dataclass(frozen=True)
+@frozen
 class Buckling:
     """Bounds of what a force t [N] along a strut does to its margin: ``1 - t g``, ``1 + t h``."""
 

@@ -17,6 +17,7 @@ import numpy as np
 from robostiff.analysis import CableStiffness
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.kinematics.spanning_tree import connected_parts
 from robostiff.model import (
     CoupledFreedom,
@@ -48,7 +49,7 @@ class NamedBody(NamedTuple):
     leg: int = 0
 
 
-@dataclass(frozen=True)
+@frozen
 class Member:
     """Parts in series from body a to body b; without parts these are one body."""
 
@@ -58,7 +59,7 @@ class Member:
     leg: int
 
 
-@dataclass(frozen=True)
+@frozen
 class SumOfJoints:
     """A sum of coordinates of joints, by members and parts, that a drive holds."""
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen, replace
 from robostiff.model import ForceLaw, Mass, PlacedMass, Robot, Snapshot, gravity_vector
 from robostiff.model.cable import Weight
 from robostiff.network import Network
@@ -32,7 +32,7 @@ _PARTS = ("legs", "elements", "beams", "springs", "branches", "nodes", "connecti
 _ALIKE = 1e-6
 
 
-@dataclass(frozen=True)
+@frozen
 class StandingLoads:
     """What acts beside the wrench, and on what beams; as for `equilibrium`."""
 
@@ -47,7 +47,7 @@ class StandingLoads:
         return {name: getattr(self, name) for name in ("loads", "gravity", "preload", "beams")}
 
 
-@dataclass(frozen=True)
+@frozen
 class Acting(StandingLoads):
     """The same, with the point of the wrench.
 
@@ -58,7 +58,7 @@ class Acting(StandingLoads):
     laws: Laws | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class DeadForce:
     """A force that keeps its direction in the world, at a point of a body of the robot.
 

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.errors import InputError
+from robostiff.frozen import frozen
 from robostiff.kinematics.spanning_tree import branches, connected_parts
 from robostiff.model import PlacedBodySpring, PlacedFreedom, PlacedMass, PlacedSpring
 from robostiff.model.body_spring import BASE, PLATFORM
@@ -46,7 +47,7 @@ from robostiff.statics.loading.given_loads import DeadForce, Laws
 _Way = list[tuple[int, bool]]
 
 
-@dataclass(frozen=True)
+@frozen
 class LoadedAssembly:
     """Legs; forces on the platform; masses; where the bodies are that results list."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import singledispatch
 from typing import Any, cast
 
@@ -13,6 +12,7 @@ from robostiff.analysis import CableStiffness, cable_stiffness
 from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
+from robostiff.frozen import frozen, replace
 from robostiff.kept import kept, kept_for_last
 from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
 from robostiff.kinematics.masses_and_springs import bodies_of
@@ -50,7 +50,7 @@ _MISSED = 1e-9
 _NO_POSTURE = Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
 
 
-@dataclass(frozen=True)
+@frozen
 class LoadedPosture:
     """A robot at one posture with its loads, ready to be solved.
 
@@ -107,7 +107,7 @@ def one_loaded_posture(
     return postures.loaded(0, acting), given
 
 
-@dataclass(frozen=True)
+@frozen
 class Postures:
     """The unloaded postures of a robot; a snapshot, or a network, has the one that it is in.
 
