@@ -23,10 +23,18 @@ _Class = TypeVar("_Class", bound=type)
 def frozen(cls: _Class, /) -> _Class: ...
 @overload
 def frozen(
-    *, repr: bool = ..., eq: bool = ..., kw_only: bool = ...
+    *, init: bool = ..., repr: bool = ..., eq: bool = ..., kw_only: bool = ...
 ) -> Callable[[_Class], _Class]: ...
 @dataclass_transform(frozen_default=True, field_specifiers=(field, Field))
-def frozen(cls: Any = None, /, *, repr: bool = True, eq: bool = True, kw_only: bool = False) -> Any:
+def frozen(
+    cls: Any = None,
+    /,
+    *,
+    init: bool = True,
+    repr: bool = True,
+    eq: bool = True,
+    kw_only: bool = False,
+) -> Any:
     """Make a class one of frozen data: a dataclass whose objects do not change.
 
     Fields and parameters are those of `dataclasses.dataclass`, whose other functions take such
@@ -49,7 +57,8 @@ def frozen(cls: Any = None, /, *, repr: bool = True, eq: bool = True, kw_only: b
 
     def of(cls: Any) -> Any:
         own = {name for name, x in vars(cls).items() if (name, x) != ("__hash__", None)}
-        own.update([] if repr else ["__repr__"], [] if eq else ["__eq__", "__hash__"])
+        own.update([] if init else ["__init__"], [] if repr else ["__repr__"])
+        own.update([] if eq else ["__eq__", "__hash__"])
         dataclasses.dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
         for method in _methods(cls):
             if method.__name__ not in own:

@@ -118,3 +118,12 @@ def test_classes_inherit_fields_and_are_pickled():
     match spring:
         case Spring(name, k):
             assert (name, k) == ("s", 2.0)
+
+
+@frozen(init=False)
+class Sorted(Own):
+    """Made as its base is."""
+
+
+def test_a_class_may_be_made_as_its_base():
+    assert Sorted(2, 1).values == [2, 1]

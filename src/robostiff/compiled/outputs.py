@@ -105,7 +105,7 @@ class _UnderWrench(_OfTwists):
         return robot.factors.solved(list(self.wrench))
 
 
-@frozen
+@frozen(init=False)
 class DeflectionUnder(_UnderWrench):
     """Twist of the reference point under a wrench about it, world axes [m, rad].
 
@@ -131,7 +131,7 @@ class DeflectionUnder(_UnderWrench):
         return self._twist(robot)
 
 
-@frozen
+@frozen(init=False)
 class DisplacementUnder(_UnderWrench):
     """Size of the displacement of the reference point under a wrench about it [m].
 

@@ -214,6 +214,8 @@ def _check_reach(
     robot: Robot, finder: PostureFinder, given: Mapping[str, Any], rotation: PoseRotation
 ) -> None:
     """Raise when the legs reach no pose at the nominal dimensions, symbols drawn near home."""
+    for leg, solver in zip(robot.legs, finder.solvers, strict=True):
+        _check_closed_form(leg, solver)
     values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in given.items()}
     near = near_home(values, finder, rotation)
     random = np.random.default_rng(_SEED)
