@@ -93,8 +93,15 @@ def pytest_collection_modifyitems(
     """Mark tests for `make slow` and `make peers`, and leave out what cannot run here.
 
     Those of ``slow_tests.txt`` take seconds each, or are the same test at more robots and poses; a
-    few of each are fast.
+    few of each are fast. A test that has another name since would be fast by mistake.
     """
+    if not any("::" in name for name in config.args):  # all tests of the files are here
+        files = {item.nodeid.split("::", 1)[0] for item in items}
+        listed = {name for name in _SLOW if name.split("::", 1)[0] in files}
+        if gone := sorted(listed - {item.nodeid for item in items}):
+            raise pytest.UsageError(
+                "slow_tests.txt names tests that are not there: " + ", ".join(gone)
+            )
     for item in items:
         if item.nodeid in _SLOW:
             item.add_marker("slow")
