@@ -20,7 +20,7 @@ import pytest
 from _pytest.doctest import DoctestModule
 from hypothesis import HealthCheck, settings
 
-from tests.other_programs import PEERS, is_there
+from tests.other_programs import COMMANDS, PEERS, is_there
 
 # The workers of pytest, which inherit it, fill the processors: threads of BLAS beside them would
 # wait for one another busily.
@@ -95,7 +95,8 @@ def pytest_collection_modifyitems(
     Those of ``slow_tests.txt`` take seconds each, or are the same test at more robots and poses; a
     few of each are fast. A test that has another name since would be fast by mistake.
     """
-    if not any("::" in name for name in config.args):  # all tests of the files are here
+    is_whole = not any("::" in name for name in config.args)
+    if is_whole and all(map(is_there, (*PEERS, *COMMANDS))):  # all tests of the files are here
         files = {item.nodeid.split("::", 1)[0] for item in items}
         listed = {name for name in _SLOW if name.split("::", 1)[0] in files}
         if gone := sorted(listed - {item.nodeid for item in items}):

@@ -17,7 +17,7 @@ PEERS = {
 }
 ROBOTS = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
 _MODULES = {"NVRTC": "nvidia.cuda_nvrtc", "OpenSees": "openseespy", "Playwright": "playwright"}
-_COMMANDS = {
+COMMANDS = {
     "a C compiler": ("cc", "gcc", "clang"),
     "CalculiX": ("ccx",),
     "Chromium": ("chromium", "chromium-browser"),
@@ -28,7 +28,7 @@ _COMMANDS = {
 
 def command(name: str) -> str:
     """The path of a program that is there."""
-    found = next(filter(None, map(shutil.which, _COMMANDS[name])), None)
+    found = next(filter(None, map(shutil.which, COMMANDS[name])), None)
     assert found is not None, f"{name} is not there: mark the test with needs({name!r})"
     return found
 
@@ -38,7 +38,7 @@ def is_there(name: str) -> bool:
     """Whether a program of this list is installed."""
     if name == "example-robot-data":
         return ROBOTS.exists()
-    if name in _COMMANDS:
-        return any(map(shutil.which, _COMMANDS[name]))
+    if name in COMMANDS:
+        return any(map(shutil.which, COMMANDS[name]))
     module = _MODULES.get(name, name)
     return find_spec(module.partition(".")[0]) is not None and find_spec(module) is not None
