@@ -164,7 +164,7 @@ def read_map(path: str | Path) -> xarray.Dataset:
     else:
         raise InputError(
             "map",
-            got=path.name,
+            got=path.name or str(path),
             expected="a store .zarr or a file .nc",
             hint="robostiff map ROBOT ... -o map.zarr writes one",
         )

@@ -122,11 +122,12 @@ def select(
     if open_dims:
         dim = open_dims[0]
         middle = dataset[dim].values[len(dataset[dim]) // 2].item() if dim in dataset.coords else 0
+        wanted = f"{middle:.6g}" if isinstance(middle, float) else repr(middle)
         raise InputError(
             f"part of the map of {variable!r} to be drawn",
             got=f"nothing about {', '.join(open_dims)}",
             expected=f"a choice: {dim} has {_choices(dataset, array, dim)}",
-            hint=f"write at={{{dim!r}: {middle!r}}}",
+            hint=f"write at={{{dim!r}: {wanted}}}",
         )
     cut = dataset[["rank", "status"]].isel({d: i for d, i in chosen.items() if d in pose_dims})
     part = array.isel(chosen)

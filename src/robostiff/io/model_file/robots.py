@@ -362,7 +362,7 @@ def written_model(document: Document) -> WrittenModel:
             if "legs" in document.data:
                 raise FileError(
                     document.key_location(("legs",)),
-                    "legs",
+                    "description of the robot",
                     got=Words(f"legs beside {key}"),
                     expected="one of them",
                     hint=hint,
