@@ -278,7 +278,8 @@ class Expression:
         elif name in mathematics.constants:
             result = make_quantity(mathematics.constants[name])
         else:
-            expected, hint = known_names(environment), did_you_mean(name, environment)
+            expected = f"a number, or {known_names(environment)}"
+            hint = did_you_mean(name, environment)
             raise error_at(self.text, node.column, name, expected, hint)
         for op in reversed(operations):
             rest = [self._value(x, environment, mathematics) for x in op.operands[1:]]

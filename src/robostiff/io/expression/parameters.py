@@ -124,7 +124,7 @@ def _evaluate_all(
                 raise ParameterError(
                     name,
                     got=used,
-                    expected=known_names(expressions),
+                    expected=f"a number, or {known_names(expressions)}",
                     hint=did_you_mean(used, expressions),
                 )
     try:

@@ -262,7 +262,7 @@ def to_si(
     value: Any = quantity
     if isinstance(quantity, str):
         got = quantity if got is None else got
-        value = parse_quantity(quantity)
+        value = parse_quantity(quantity, dimension)
     if isinstance(value, SIQuantity):
         if not (value.is_bare or value.measures(dimension)):
             got = Words(value) if got is None else got
@@ -283,8 +283,8 @@ def to_si(
     return number
 
 
-def parse_quantity(text: str) -> SIQuantity:
-    """Read one number with an optional unit.
+def parse_quantity(text: str, dimension: Dimension = Dimension.LENGTH) -> SIQuantity:
+    """Read one number with an optional unit; `dimension` is for an example in messages alone.
 
     Raises
     ------
@@ -296,7 +296,7 @@ def parse_quantity(text: str) -> SIQuantity:
     >>> print(parse_quantity("2.5 kN/mm").magnitude)
     2500000.0
     """
-    quantity, end = read_quantity(bounded(text), after_space(text, 0), "quantity")
+    quantity, end = read_quantity(bounded(text), after_space(text, 0), "quantity", dimension)
     if (end := after_space(text, end)) < len(text):
         raise InputError(
             "quantity", got=text, expected=f"one number with a unit, but {text[end:]!r} follows"
@@ -307,14 +307,15 @@ def parse_quantity(text: str) -> SIQuantity:
 _NO_NUMBERS = ("nan", "inf", "infinity")
 
 
-def read_quantity(text: str, start: int, subject: str) -> tuple[SIQuantity, int]:
+def read_quantity(
+    text: str, start: int, subject: str, dimension: Dimension
+) -> tuple[SIQuantity, int]:
     """One signed number with an optional unit; a word after it that is no unit is an error."""
     sign = text[start : start + 1]
     match = NUMBER.match(text, start + 1 if sign and sign in "+-" else start)
     if not match:
-        raise InputError(
-            subject, got=text[start:], expected="a number with an optional unit, such as 300 mm"
-        )
+        expected = f"a number with an optional unit, such as {dimension.example}"
+        raise InputError(subject, got=text[start:], expected=expected)
     try:
         unit, end = read_unit(text, match.end())
     except InputError as error:
@@ -378,10 +379,10 @@ def parse_quantities(
     items: list[tuple[SIQuantity, str]] = []
     start = after_space(text, 0)
     while start < len(text):
-        item = f"{subject}, item {len(items) + 1}"
+        item, dimension = f"{subject}, item {len(items) + 1}", Dimension.LENGTH
         if len(items) < len(names):
-            item += f" ({names[len(items)]})"
-        quantity, end = read_quantity(text, start, item)
+            item, dimension = f"{item} ({names[len(items)]})", dimensions[len(items)]
+        quantity, end = read_quantity(text, start, item, dimension)
         items.append((quantity, text[start:end]))
         start = after_space(text, end)
         if text.startswith((",", ";"), start):
