@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
@@ -155,7 +156,7 @@ class WrittenDrive(WrittenMapping):
 
 
 #: What makes joints of each kind, of directions and a pitch.
-MAKERS = {
+MAKERS: dict[str, Callable[..., Joint]] = {
     **{"revolute": revolute, "prismatic": prismatic, "helical": helical, "universal": universal},
     **{"spherical": spherical, "cylindrical": cylindrical, "planar": planar},
 }

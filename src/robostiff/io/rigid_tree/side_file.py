@@ -258,7 +258,7 @@ class DescribedTree:
                 if joint.inertia and isinstance(role, Actuated) and role.inertia is None:
                     role = replace(role, inertia=joint.inertia)
                 axis = () if joint.type is JointType.SPHERICAL else (joint.axis,)
-                make: Any = MAKERS[joint.type.value]
+                make = MAKERS[joint.type.value]
                 try:
                     joints[joint.name] = make(*axis, role, home=home, name=joint.name)
                 except InputError as error:
