@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from robostiff.statics.kernels.compiled_loading import CompiledLoading
 
 _BOWING = Bowing()
-#: Equilibria take some 10 ms each, a record of the robot seconds to make, and a tenth to read.
-# A record under load takes as long as 50 to 200 equilibria, and is on disk from then on.
+#: Equilibria from which a record of the robot is made, or read from disk. It takes as long as some
+#: 50 equilibria or more to make, a tenth of that to read, and is on disk from then on.
 WORTH_COMPILING, WORTH_READING = 100, 20
 _CALLS = 3  # at the third a record is looked for on disk
 #: Equilibria from which machine code is worth the time that it takes to compile.

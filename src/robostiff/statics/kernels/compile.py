@@ -28,6 +28,7 @@ from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.leg import Site
 from robostiff.statics.kernels.loaded_robot import record_loading
+from robostiff.statics.kernels.strut import struts_among
 from robostiff.statics.loading.given_loads import (
     Acting,
     Gravity,
@@ -46,8 +47,9 @@ _LONGEST = 30_000
 _AGREES = 1e-8
 # Of the largest stiffness of the platform: none.
 _FREE = 1e-10
-# Postures at which the buckling loads of struts are computed, of so many that are drawn.
-_POSTURES, _DRAWN, _SPREAD = 16, 1024, 0.3
+# Postures at which the buckling loads of struts are computed; of so many that are drawn without
+# and with struts, whose lengths differ.
+_POSTURES, _DRAWN, _DRAWN_OF_STRUTS, _SPREAD = 16, 64, 1024, 0.3
 # Last fields of `CompiledLoading`, which are kept on disk.
 _PARTS = 6
 _SUBJECT = "K under load by record and by equilibrium"
@@ -253,32 +255,34 @@ _kept = kept(compile_loaded)
 def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[LoadedPosture]:
     """The robot in numbers at home, and at postures around it that it reaches.
 
-    Among them are those at which each slide is shortest and longest: what is known of struts holds
-    for lengths between these.
+    Among them are those at which each strut is shortest and longest: what is known of it holds for
+    lengths between these.
     """
     robot = finder.robot
     acting = Acting(**standing.given)
     found = [postures_of(robot, None, None).loaded(0, acting)]
     random = np.random.default_rng(20111)
+    struts = struts_among(found[0].problem)
+    drawn = _DRAWN_OF_STRUTS if struts else _DRAWN
     if robot.is_posed_by_joints:
         home, moving = robot.legs[0].chain.home, robot.legs[0].chain.free
-        shifts = _SPREAD * random.uniform(-1, 1, (_DRAWN, home.size)) * moving
+        shifts = _SPREAD * random.uniform(-1, 1, (drawn, home.size)) * moving
         pose = JointCoordinates(home + shifts)
     else:
         places = robot.coordinate_places
         size = np.where(np.array(places) < 3, finder.length, 1.5)
-        shifts = _SPREAD * size * random.uniform(-1, 1, (_DRAWN, len(places)))
+        shifts = _SPREAD * size * random.uniform(-1, 1, (drawn, len(places)))
         pose = finder.home_pose[places] + shifts
     around = postures_of(robot, pose, None)
     posture = cast("Posture", around.posture)
     rows = np.flatnonzero(posture.reached & posture.within_limits)
-    slides = [
-        q[rows, i]
-        for leg, q in zip(robot.legs, posture.coordinates, strict=True)
-        for i, screw in enumerate(leg.chain.freedoms)
-        if not screw.is_rotation
+    lengths = [
+        posture.coordinates[k][rows, i]
+        for k in sorted(struts)
+        for i, screw in enumerate(robot.legs[k].chain.freedoms)
+        if rows.size and not screw.is_rotation
     ]
-    ends = [rows[at] for x in slides if len(x) for at in (x.argmin(), x.argmax())]
+    ends = [rows[at] for x in lengths for at in (x.argmin(), x.argmax())]
     chosen = list(dict.fromkeys([*ends, *rows]))[: max(_POSTURES, len(ends))]
     return [*found, *(around.loaded(int(k), acting) for k in chosen)]
 
