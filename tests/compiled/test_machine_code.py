@@ -123,8 +123,8 @@ def test_rows_at_any_places_and_a_part_of_the_poses():
 
 
 @pytest.mark.parametrize("width", widths())
-@pytest.mark.parametrize("count", [1, 9, 100])
-def test_a_long_program_is_the_same_in_parts(width: int, count: int):
+@pytest.mark.parametrize(("part", "count"), [(None, 9), (75, 1), (75, 9), (75, 100)])
+def test_a_long_program_is_the_same_in_parts(width: int, part: int | None, count: int):
     """Each operation works on any of those before it, so that many values are handed on."""
     random = np.random.default_rng(11)
     record = Record({"x": [0.3, 0.6], "y": [0.7, 0.2]})
@@ -139,7 +139,7 @@ def test_a_long_program_is_the_same_in_parts(width: int, count: int):
     out = np.empty((len(program.outputs), count))
     processor = this_processor()
     assert processor is not None
-    function = VectorFunction.of(program, replace(processor, width=width))
+    function = VectorFunction.of(program, replace(processor, width=width, part=part))
     function.fill(inputs, out, slice(0, count))
     expected = program.evaluated({"x": inputs[0], "y": inputs[1]})
     for row, values in zip(out, expected, strict=True):

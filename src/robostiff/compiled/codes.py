@@ -26,6 +26,13 @@ class Processor:
     name: str  # as LLVM calls it
     features: str
     width: int  # how many poses an operation takes
+    part: int | None  # how many steps a part of a program has, where loops are to be short
+
+
+# A processor with AVX-512 looks ahead over several turns of so short a loop. Narrower vectors have
+# half the registers, and are not worth what parts hand on: without parts, kernels of fifteen
+# robots take 0.78 to 1.07 of the time, 0.93 in the mean, and are made in six tenths of it.
+_PART = 75
 
 
 @cache
@@ -47,7 +54,8 @@ def this_processor() -> Processor | None:
         return None
     else:
         width = 8 if features.get("avx512vbmi2", False) else 4
-    return Processor(llvm.get_host_cpu_name(), features.flatten(), width)
+    part = _PART if width == 8 else None
+    return Processor(llvm.get_host_cpu_name(), features.flatten(), width, part)
 
 
 def machine_code_is_available() -> bool:
@@ -93,7 +101,9 @@ class VectorFunction:
         """Compile a program."""
         pointer, count = ctypes.c_void_p, ctypes.c_int64
         kinds = {"program": (pointer, pointer, count, count)}
-        functions = functions_of(text_of(program, processor.width), processor, kinds)
+        functions = functions_of(
+            text_of(program, processor.width, processor.part), processor, kinds
+        )
         return VectorFunction(functions["program"], processor.width)
 
     def fill(self, inputs: Rows, outputs: Rows, part: slice) -> None:

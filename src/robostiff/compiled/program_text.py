@@ -66,20 +66,18 @@ _HYPERBOLIC_TANGENT = (
 _WHOLE = 6755399441055744.0
 _WIDTH_OF_ESTIMATES = 8  # AVX-512 estimates reciprocals of roots of doubles
 _IDLE = (Operation.INPUT, Operation.NUMBER)
-# Operations of a part: a processor looks ahead over several turns of so short a loop.
-_LENGTH = 75
 # Vectors of poses on which all parts work in turn, and bytes of what parts hand on at most: as many
 # as a small first-level cache has.
 _MOST_VECTORS, _ROOM = 4, 2**15
 
 
-def text_of(program: Program, width: int) -> str:
-    """A program in parts, each a loop over a few vectors of poses.
+def text_of(program: Program, width: int, length: int | None = None) -> str:
+    """A program as a loop over poses; or in parts of so many steps, each over a few vectors.
 
     In a loop that is short against what a processor looks ahead, it does not wait for the roots and
     quotients of one vector. What the parts hand on to one another stays in the cache.
     """
-    parts = _parts(program)
+    parts = _parts(program, length or len(program.steps))
     last = {j: k for k, part in enumerate(parts) for i in part for j in _read(program, i)}
     places, free, rooms = dict[int, int](), list[int](), 0
     for k, part in enumerate(parts):
@@ -150,8 +148,8 @@ attributes #0 = {{ nounwind "prefer-vector-width"="{bits}" "min-legal-vector-wid
 """
 
 
-def _parts(program: Program) -> list[list[int]]:
-    """Steps of each part, cut where few values are handed on.
+def _parts(program: Program, length: int) -> list[list[int]]:
+    """Steps of each part, of about that length, cut where few values are handed on.
 
     A root and its reciprocal stand together, and so do sine and cosine of an angle, as they have
     operations in common.
@@ -174,7 +172,7 @@ def _parts(program: Program) -> list[list[int]]:
     crossing = np.zeros(len(order) + 1, dtype=int)  # values, from before a place to those behind it
     for at, i in enumerate(order):
         crossing[at + 1 : last.get(i, 0) + 1] += 1
-    count, reach = max(1, round(len(order) / _LENGTH)), _LENGTH // 4
+    count, reach = max(1, round(len(order) / length)), length // 4
     starts = [k * len(order) // count - reach for k in range(1, count)]
     cuts = [start + int(np.argmin(crossing[start : start + 2 * reach])) for start in starts]
     return [order[a:b] for a, b in pairwise([0, *cuts, len(order)])]
