@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import Any
 
+import numpy as np
+
 from robostiff.errors import InputError
 from robostiff.frozen import frozen
 from robostiff.record import (
@@ -28,13 +30,14 @@ Upper = Mapping[tuple[int, int], Any]
 
 @frozen
 class Factors:
-    """K = sum over pivots of l l^T d, the pivots in a safe order.
+    """K = sum over pivots of l d u^T.
 
     Attributes
     ----------
-    columns : list of lists
-        l of each pivot; 1 at the pivot, 0 at those before.
+    columns, rows : list of lists
+        l and u of each pivot, alike where K is symmetric; 1 at the pivot, 0 at those before.
     d : list of entries or numbers
+        All positive where K is positive definite.
     pivots : list of int
     losses : list of entries or numbers
         By how much each pivot is smaller than the sum of its diagonal entry and that at the
@@ -43,6 +46,7 @@ class Factors:
     """
 
     columns: list[list[Any]]
+    rows: list[list[Any]]
     d: list[Any]
     pivots: list[int]
     losses: list[Any]
@@ -63,50 +67,75 @@ class Factors:
             if not is_zero(y_k):
                 rest = [a if is_zero(c) else a - c * y_k for a, c in zip(rest, column, strict=True)]
         x: list[Any] = [0] * self.size
-        for column, pivot, d, y_k in reversed(
-            list(zip(self.columns, self.pivots, self.d, y, strict=True))
-        ):
+        steps = zip(self.rows, self.pivots, self.d, y, strict=True)
+        for row, pivot, d, y_k in reversed(list(steps)):
             total = y_k / d
-            for i, c in enumerate(column):
-                if i != pivot and not (is_zero(c) or is_zero(x[i])):
-                    total = total - c * x[i]
+            for i, u in enumerate(row):
+                if i != pivot and not (is_zero(u) or is_zero(x[i])):
+                    total = total - u * x[i]
             x[pivot] = total
         return x
 
 
-def factors_of(K: Upper, size: int) -> Factors:
-    """Symmetric elimination of K, the largest part left of a diagonal entry first.
+def factors_of(
+    K: Upper, size: int, antisymmetric: np.ndarray | None = None, *, in_order: bool = False
+) -> Factors:
+    """Elimination of K, or of ``K + A``: the largest part left of a diagonal entry first.
 
     The order is chosen at the samples once for all poses; a pivot that vanishes elsewhere shows in
-    its loss.
+    its loss. Rows that are taken in their own order may be those of a positive definite matrix
+    alone. Up to the first row in which A is not zero, the rest stays symmetric.
+
+    Parameters
+    ----------
+    K : mapping of (row, column) to entries or numbers
+        Upper triangle.
+    size : int
+        n.
+    antisymmetric : (n, n) array of entries and numbers, optional
+        A; zero when left out.
+    in_order : bool
+        Whether rows are taken in their own order.
     """
     M = [[K[min(i, j), max(i, j)] for j in range(size)] for i in range(size)]
+    A = np.zeros((size, size), dtype=int) if antisymmetric is None else antisymmetric
     diagonal = [M[i][i] for i in range(size)]
     first = [least_size(x) for x in diagonal]
-    columns, d, pivots, losses = [], [], [], []
+    columns, rows, d, pivots, losses, whole = [], [], [], [], [], False
     open_ = list(range(size))
     while open_:
-        part = {i: least_size(M[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
-        pivot = max(open_, key=lambda i: part[i])
-        if part[pivot] <= _LOST:
-            break
+        pivot = open_[0]
+        if not in_order:
+            part = {i: least_size(M[i][i]) / first[i] if first[i] > 0 else 0.0 for i in open_}
+            pivot = max(open_, key=lambda i: part[i])
+            if part[pivot] <= _LOST:
+                break
+        if not (whole or all(map(is_zero, A[pivot]))):
+            whole = True
+            for i, j in combinations(open_, 2):
+                M[i][j], M[j][i] = M[i][j] + A[i, j], M[j][i] + A[j, i]
         open_.remove(pivot)
         d_k = M[pivot][pivot]
         if isinstance(d_k, Entry):
-            whole = usual_size(diagonal[pivot])
-            losses.append((whole if d_k is diagonal[pivot] else diagonal[pivot] + whole) / d_k)
+            usual = usual_size(diagonal[pivot])
+            losses.append((usual if d_k is diagonal[pivot] else diagonal[pivot] + usual) / d_k)
         column: list[Any] = [0] * size
-        column[pivot] = 1
+        row: list[Any] = [0] * size
+        column[pivot] = row[pivot] = 1
         for i in open_:
-            column[i] = M[pivot][i] / d_k
+            row[i] = M[pivot][i] / d_k
+            column[i] = M[i][pivot] / d_k if whole else row[i]
         for i in open_:
             for j in open_:
-                if j >= i and not is_zero(column[i]):
-                    M[i][j] = M[j][i] = M[i][j] - column[i] * M[pivot][j]
+                if (whole or j >= i) and not is_zero(column[i]):
+                    M[i][j] = M[i][j] - column[i] * M[pivot][j]
+                    if not whole:
+                        M[j][i] = M[i][j]
         columns.append(column)
+        rows.append(row)
         d.append(d_k)
         pivots.append(pivot)
-    return Factors(columns, d, pivots, losses, size)
+    return Factors(columns, rows, d, pivots, losses, size)
 
 
 def inverse_entries(factors: Factors) -> dict[tuple[int, int], Any]:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
-from robostiff.frozen import frozen
-from robostiff.record import Entry, is_zero, least_size, reciprocal, usual_size
+from robostiff.record import Entry, is_zero, least_size, usual_size
 
 # Of the largest entry of its column, and of its own mean over the samples: a pivot above is safe.
 _OF_COLUMN, _OF_ITSELF = 0.2, 0.3
@@ -210,55 +207,3 @@ class SymmetricElimination:
 def _as_part(value: Any) -> Any:
     """A pivot against its mean over the samples; a number as it is."""
     return value * (1 / usual_size(value)) if isinstance(value, Entry) else value
-
-
-@frozen
-class Factored:
-    """``K + A`` eliminated in order, K symmetric and A antisymmetric.
-
-    Up to the first row in which A is not zero, the rest stays symmetric.
-    """
-
-    # entries and numbers: parts of rows that are taken from those below, and rows that are left
-    lower: dict[tuple[int, int], Any]
-    upper: dict[tuple[int, int], Any]
-    # entries and numbers: the latter positive where K is positive definite
-    inverses: list[Any]
-    pivots: list[Any]
-
-    @classmethod
-    def of(
-        cls, K: Mapping[tuple[int, int], Any], antisymmetric: np.ndarray | None = None
-    ) -> Factored:
-        """K is given by its upper triangle, A by all of it; none where left out."""
-        n = 1 + max(j for _, j in K)
-        A = np.zeros((n, n), dtype=int) if antisymmetric is None else antisymmetric
-        rest = {(i, j): K[min(i, j), max(i, j)] for i in range(n) for j in range(n)}
-        lower, inverses, whole = {}, [], False
-        for k in range(n):
-            if not whole and not all(is_zero(a) for a in A[k]):
-                whole = True
-                for i in range(k, n):
-                    for j in range(i, n):
-                        upper = rest[i, j]
-                        rest[i, j], rest[j, i] = upper + A[i, j], upper + A[j, i]
-            inverses.append(reciprocal(rest[k, k]))
-            for i in range(k + 1, n):
-                lower[i, k] = part = (rest[i, k] if whole else rest[k, i]) * inverses[k]
-                if is_zero(part):
-                    continue
-                for j in range(k + 1 if whole else i, n):
-                    rest[i, j] = rest[i, j] - part * rest[k, j]
-        return cls(lower, rest, inverses, [rest[k, k] for k in range(n)])
-
-    def solved(self, right: Sequence[Any]) -> list[Any]:
-        """Solution x of ``(K + A) x = right``."""
-        x, n = list(right), len(right)
-        for k in range(n):
-            for i in range(k + 1, n):
-                x[i] = x[i] - self.lower[i, k] * x[k]
-        for k in reversed(range(n)):
-            for j in range(k + 1, n):
-                x[k] = x[k] - self.upper[k, j] * x[j]
-            x[k] = x[k] * self.inverses[k]
-        return x

@@ -15,7 +15,7 @@ from robostiff.kinematics import PostureFinder
 from robostiff.model import PlacedMass, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.record import Entry, Program, derivatives_along, is_zero, least
-from robostiff.recorded import RecordedRobot, flags_of
+from robostiff.recorded import Factors, RecordedRobot, factors_of, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import RobotOnEntries
 from robostiff.spatial import Space, skew
@@ -23,7 +23,7 @@ from robostiff.statics.chains.legs import LegEquations
 from robostiff.statics.chains.moving_chain import FURTHEST_TURN
 from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
 from robostiff.statics.equations.problem import DeadForces
-from robostiff.statics.kernels.elimination import Factored, SymmetricElimination
+from robostiff.statics.kernels.elimination import SymmetricElimination
 from robostiff.statics.kernels.leg import (
     MovedBody,
     RecordedElements,
@@ -82,9 +82,9 @@ class _Equations:
     buckling: list[Any]
 
     @cached_property
-    def factored(self) -> Factored:
+    def factored(self) -> Factors:
         """K_total, not symmetric under moments."""
-        return Factored.of(self.K_total, self.antisymmetric)
+        return factors_of(self.K_total, len(self.right), self.antisymmetric, in_order=True)
 
 
 @frozen
@@ -199,13 +199,13 @@ class LoadedRobot:
         if self.legs.legs.springs:
             unloaded = self.equations({**values, **self.start}, share=0).K
         rest = {place: entry - unloaded[place] * SAFE for place, entry in at.K_total.items()}
-        safe_part = Factored.of(rest)
+        n = self.space.size
+        safe_part = factors_of(rest, n, in_order=True)
         twist = safe_part.solved(at.right)
         sizes = [x for x in self.sizes(twist) if not is_zero(x)]
         gap = reduce(add, (x * x for x in sizes)) * (1e-12 / _ARRIVED) ** 2
-        n = self.space.size
         safe: list[Any] = [
-            *safe_part.pivots,
+            *safe_part.d,
             *(pivot - _PIVOT for pivot in at.elimination.pivots if isinstance(pivot, Entry)),
             *at.elimination.still,
             *at.buckling,
