@@ -332,12 +332,7 @@ class Legs:
         """Of some bodies about points (M, 3), by all unknowns (M, 6, T); see `MovingChains`."""
         at, start = self.numbers, self._starting(state)
         bodies = np.array([at.of_chains.bodies[c][after] for c, after in spots], dtype=int)
-        rates, points = self.arrays.twists(state.x, *start, bodies, points)
-        found = np.zeros((*rates.shape[:2], at.total), dtype=int).astype(rates.dtype)
-        for c in np.unique(at.of_chains.chains[bodies]).tolist():
-            columns, on_chain = at.of_chains.columns[c], at.of_chains.chains[bodies] == c
-            found[np.ix_(on_chain, np.arange(6), at.columns[columns])] = rates[on_chain, :, columns]
-        return found, points
+        return self.arrays.twists(state.x, *start, bodies, points, at.columns, at.total)
 
     @cached_property
     def stiffness(self) -> np.ndarray:

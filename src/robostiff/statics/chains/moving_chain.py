@@ -427,24 +427,24 @@ class MovingChains:
         R: np.ndarray,
         p: np.ndarray,
         bodies: np.ndarray,
-        points: np.ndarray | None = None,
+        points: np.ndarray | None,
+        unknowns: np.ndarray,
+        total: int,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Twists (M, 6, Q) of some bodies by the columns, about points (M, 3) [m], and these.
+        """Twists (M, 6, T) of some bodies by all unknowns, about points (M, 3) [m], and these.
 
-        Where none are given, they are those at which the last M loads, or anchors, are.
+        Where no points are given, they are those at which the last M loads, or anchors, are.
+        `unknowns` (Q,) are those of the columns, out of a `total` of T.
         """
-        placed = self._placed(x, R, p)
+        placed, at = self._placed(x, R, p), self._at
         w, v, C = self._columns(*placed)
         if points is None:
             points = self._loaded_points(placed[1])[len(self.load_point) - len(bodies) :]
-        found = self._zeros(len(bodies), 6, len(self._at.body))
-        for c in np.unique(self._at.chains[bodies]).tolist():
-            columns, on_chain = self._at.columns[c], np.flatnonzero(self._at.chains[bodies] == c)
-            body = self._at.body[columns]
-            k, i = np.nonzero(body[:, None] <= bodies[on_chain])
-            k, i = k + columns.start, on_chain[i]
-            found[i, :3, k] = v[k] + crossed(w[k], points[i] - C[self._at.body[k]])
-            found[i, 3:, k] = w[k]
+        moved = (at.of_chain[:, None] == at.chains[bodies]) & (at.body[:, None] <= bodies)
+        k, i = np.nonzero(moved)
+        found = self._zeros(len(bodies), 6, total)
+        found[i, :3, unknowns[k]] = v[k] + crossed(w[k], points[i] - C[at.body[k]])
+        found[i, 3:, unknowns[k]] = w[k]
         return found, points
 
     def _beyond(self, arms: np.ndarray, forces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

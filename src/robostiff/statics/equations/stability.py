@@ -181,25 +181,34 @@ def margins_of(problem: EquilibriumProblem, eq: LegEquations, g: int) -> list[Ma
     m, Q = block.free, with_modes(legs, eq, g)
     Q0 = np.tile(np.eye(Q.shape[1]), (len(Q), 1, 1))
     Q0[:, :m, :m] = unloaded_curvature(legs, g)
-    C = eq.A[g][:, m:, :m] * problem.units[block.at[0, m:]][:, None]
-    # Without springs between bodies: what these add to a passive joint may be rounding.
-    scale = unit_sizes(C, np.diagonal(elastic_curvature(legs, g), axis1=-2, axis2=-1))
-    columns = C * scale[:, None]
-    rows = np.linalg.norm(columns, axis=2)
-    columns = columns / np.where(rows > 0, rows, 1.0)[..., None]
     found: list[Margin | None] = [None] * len(Q)
     inner = Q.shape[1] - m
-    for alike, motions in null_motions(columns):
+    for alike, motions in held_motions(problem, eq, g):
         k = motions.shape[-1]
         if not k + inner:
             continue
         N = np.zeros((len(alike), m + inner, k + inner))
-        N[:, :m, :k], N[:, m:, k:] = motions * scale[alike, :, None], np.eye(inner)
+        N[:, :m, :k], N[:, m:, k:] = motions, np.eye(inner)
         across = np.swapaxes(N, -1, -2)
         pairs = across @ Q[alike] @ N, across @ Q0[alike] @ N
         for leg, basis, least in zip(alike, N, margins(*pairs), strict=True):
             found[leg] = least.among(basis)
     return found
+
+
+def held_motions(
+    problem: EquilibriumProblem, eq: LegEquations, g: int
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Components of block g, and independent motions (N, m, k) of each that leave the platform."""
+    legs, block = problem.legs, problem.blocks[g]
+    m = block.free
+    C = eq.A[g][:, m:, :m] * problem.units[block.at[0, m:]][:, None]
+    # Without springs between bodies: what these add to a passive joint may be rounding.
+    scale = unit_sizes(C, np.diagonal(elastic_curvature(legs, g), axis1=-2, axis2=-1))
+    columns = C * scale[:, None]
+    rows = np.linalg.norm(columns, axis=2)
+    for alike, motions in null_motions(columns / np.where(rows > 0, rows, 1.0)[..., None]):
+        yield alike, motions * scale[alike, :, None]
 
 
 def unit_sizes(C: np.ndarray, stiff: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,12 +15,7 @@ from robostiff.spatial import cross, twist_transport
 from robostiff.statics.chains.elements import FiniteJoint, Spot
 from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
-from robostiff.statics.equations.stability import (
-    null_motions,
-    unit_sizes,
-    unloaded_curvature,
-    whole_closure,
-)
+from robostiff.statics.equations.stability import elastic_curvature, held_motions
 
 # Cosine, less than one by this: an elastic part whose own x axis is not along it.
 _ASIDE = 1e-9
@@ -31,6 +26,8 @@ _MASSLESS = 1e-9
 # Of the largest stiffness, or square of a frequency: nothing resists; and condition of a root of
 # the stiffness up to which every motion meets more.
 _LOOSE, _CLEARLY = 1e-10, 1e5
+# Of the largest root of a stiffness of the platform: it has none beside those of rigid parts.
+_RIGID = 1e-12
 # Of a frequency: another is the same; and of what the platform moves: not at all.
 _SAME, _SMALL = 1e-8, 1e-6
 
@@ -74,75 +71,97 @@ class CarriedMasses:
     on_legs: tuple[CarriedMass, ...] = ()
     on_platform: tuple[PlacedMass, ...] = ()
 
-
-def velocities(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -> np.ndarray:
-    """Rows B (k, T) of velocities times roots of masses, by all unknowns of legs.
-
-    ``B^T B`` is the mass matrix.
-    """
-    found = [np.zeros((0, legs.numbers.total))]
-    points = [carried for carried in masses if not carried.is_along_part]
-    if points:
-        spots = [carried.spot for carried in points]
-        at = legs.now(state, spots, np.array([carried.mass.centre for carried in points]))
-        roots = np.sqrt(np.array([carried.mass.value for carried in points], dtype=float))
-        moved = roots[:, None, None] * legs.twists(state, spots, at)[0][:, :3]
-        found.append(moved.reshape(3 * len(points), -1))
-    along = [carried for carried in masses if carried.is_along_part]
-    if along:
-        found.append(_velocities_of_parts(legs, state, along))
-    return np.concatenate(found)
+    @cached_property
+    def sections(self) -> MovingSections | None:
+        """Of all elastic parts along which some are."""
+        along = [carried for carried in self.on_legs if carried.is_along_part]
+        return MovingSections.of(along) if along else None
 
 
-def _velocities_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -> np.ndarray:
-    """As `velocities`, of masses along elastic parts.
+@frozen
+class MovingSections:
+    """Sections of the elements of elastic parts, E side by side, that have masses.
 
-    An element of a part is straight between its ends where these are now, and its sections move as
+    An element is straight between its ends where these are now, and its sections move as
     `motion_of_section` says.
     """
-    n = np.array([carried.parts for carried in masses])
-    of_mass = np.repeat(np.arange(len(masses)), n)  # of each element
-    i = np.concatenate([np.arange(carried.parts) for carried in masses])
-    near = [
-        Spot(spot.chain, spot.after - carried.parts + k)
-        for carried in masses
-        for spot in (carried.spot,)
-        for k in range(carried.parts)
-    ]
-    ends = [*near, *(spot._replace(after=spot.after + 1) for spot in near)]
-    R, t = legs.places_of(state, ends)
-    start = np.array([carried.mass.start for carried in masses])[of_mass]
-    x = np.array([carried.end for carried in masses])[of_mass] - start
-    y = np.array([carried.part.rotation[:, 1] for carried in masses if carried.part])[of_mass]
-    n, count = n[of_mass], len(near)
-    # ends of all elements, and their axes, as they are now
-    steps = np.concatenate([i, i + 1]) / np.tile(n, 2)
-    at = (R @ (np.tile(start, (2, 1)) + np.tile(x, (2, 1)) * steps[:, None])[..., None])[..., 0] + t
-    chord = at[count:] - at[:count]
-    axes = _axes(chord, ((R[:count] + R[count:]) @ y[..., None])[..., 0])
-    shear, radii = (np.array(v)[of_mass] for v in zip(*map(_beam_numbers, masses), strict=True))
-    spans, aside = (np.array(v)[of_mass] for v in zip(*map(_spread, masses), strict=True))
-    aside = (np.swapaxes(_axes(x, y), -1, -2) @ aside[..., None])[..., 0]
-    # sections, as parts s of their elements, and their masses; a mass at one point is all in one
-    first, last = (spans * n[:, None] - i[:, None]).T
-    is_point, low, high = first == last, np.maximum(first, 0.0), np.minimum(last, 1.0)
-    s = low[:, None] + 0.5 * (1.0 + _GAUSS[0]) * (high - low)[:, None]
-    share = np.maximum(high - low, 0.0) / np.where(is_point, 1.0, last - first)
-    is_in = np.minimum((spans[:, 0] * n).astype(int), n - 1) == i
-    s, share = np.where(is_point[:, None], first[:, None], s), np.where(is_point, is_in, share)
-    weight = np.array([carried.mass.value for carried in masses], dtype=float)[of_mass] * share
-    # their velocities by those of both ends, and these by the unknowns
-    length = np.linalg.norm(chord, axis=-1)
-    phi = shear / (x * x).sum(axis=-1)[:, None] * (n * n)[:, None]
-    rows = motion_of_section(s, length[:, None], phi[:, None])
-    roots = np.sqrt(0.5 * weight[:, None] * _GAUSS[1])
-    rows = twist_transport(aside)[:, None] @ rows * roots[..., None, None]
-    rows[..., 3:, :] *= radii[:, None, :, None]
-    rows = np.linalg.qr(rows.reshape(count, -1, 12), mode="r")
-    twists = legs.twists(state, ends, at)[0].reshape(2, count, 2, 3, -1)
-    of_ends = np.swapaxes(axes, -1, -2)[None, :, None] @ twists
-    both = np.moveaxis(of_ends, 0, 1).reshape(count, 12, -1)
-    return (rows @ both).reshape(12 * count, -1)
+
+    ends: list[Spot]  # the bodies before all elements, then those behind them
+    points: np.ndarray  # (2 E, 3): where these end, at the unloaded posture [m]
+    across: np.ndarray  # (E, 3): towards their y axes
+    s: np.ndarray  # (E, 4): parts of the elements before their sections
+    phi: np.ndarray  # (E, 2): see `motion_of_section`
+    roots: np.ndarray  # (E, 4): of the masses of the sections
+    aside: np.ndarray  # (E, 3): where these are beside the axis, in axes of the part [m]
+    radii: np.ndarray  # (E, 3): of gyration [m]
+
+    @staticmethod
+    def of(masses: Sequence[CarriedMass]) -> MovingSections:
+        """Of masses along elastic parts; one at a point is all in one section."""
+        n = np.array([carried.parts for carried in masses])
+        of_mass = np.repeat(np.arange(len(masses)), n)  # of each element
+        i = np.concatenate([np.arange(carried.parts) for carried in masses])
+        near = [
+            Spot(spot.chain, spot.after - carried.parts + k)
+            for carried in masses
+            for spot in (carried.spot,)
+            for k in range(carried.parts)
+        ]
+        start = np.array([carried.mass.start for carried in masses])[of_mass]
+        x = np.array([carried.end for carried in masses])[of_mass] - start
+        y = np.array([carried.part.rotation[:, 1] for carried in masses if carried.part])[of_mass]
+        n = n[of_mass]
+        shear, radii = (np.array(v)[of_mass] for v in zip(*map(_beam_numbers, masses), strict=True))
+        spans, aside = (np.array(v)[of_mass] for v in zip(*map(_spread, masses), strict=True))
+        first, last = (spans * n[:, None] - i[:, None]).T
+        is_point, low, high = first == last, np.maximum(first, 0.0), np.minimum(last, 1.0)
+        s = low[:, None] + 0.5 * (1.0 + _GAUSS[0]) * (high - low)[:, None]
+        share = np.maximum(high - low, 0.0) / np.where(is_point, 1.0, last - first)
+        is_in = np.minimum((spans[:, 0] * n).astype(int), n - 1) == i
+        share = np.where(is_point, is_in, share)
+        weight = np.array([carried.mass.value for carried in masses], dtype=float)[of_mass] * share
+        steps = np.concatenate([i, i + 1]) / np.tile(n, 2)
+        return MovingSections(
+            [*near, *(spot._replace(after=spot.after + 1) for spot in near)],
+            np.tile(start, (2, 1)) + np.tile(x, (2, 1)) * steps[:, None],
+            2.0 * y,
+            np.where(is_point[:, None], first[:, None], s),
+            shear / (x * x).sum(axis=-1)[:, None] * (n * n)[:, None],
+            np.sqrt(0.5 * weight[:, None] * _GAUSS[1]),
+            (np.swapaxes(_axes(x, y), -1, -2) @ aside[..., None])[..., 0],
+            radii,
+        )
+
+    @cached_property
+    def at_rest(self) -> tuple[np.ndarray, np.ndarray]:
+        """The rows at the unloaded posture, and the points."""
+        return self._rows(self.points, self.across), self.points
+
+    def rows(self, legs: Legs, state: LegState) -> tuple[np.ndarray, np.ndarray]:
+        """Velocities of sections times roots of masses (E, 12, 12), and where the ends are [m].
+
+        By the twists of both ends, each about its own, in axes of the world; as many of twelve
+        rows as give the same energies.
+        """
+        if state is legs.unloaded:
+            return self.at_rest
+        R, t = legs.places_of(state, self.ends)
+        points, E = (R @ self.points[..., None])[..., 0] + t, len(self.s)
+        across = 0.5 * (R[:E] + R[E:]) @ self.across[..., None]
+        return self._rows(points, across[..., 0]), points
+
+    def _rows(self, points: np.ndarray, across: np.ndarray) -> np.ndarray:
+        E = len(self.s)
+        chord = points[E:] - points[:E]
+        length = np.linalg.norm(chord, axis=-1)[:, None]
+        moved = motion_of_section(self.s, length, self.phi[:, None])
+        moved = twist_transport(self.aside)[:, None] @ moved
+        moved *= self.roots[..., None, None]
+        moved[..., 3:, :] *= self.radii[:, None, :, None]
+        rows = np.asarray(np.linalg.qr(moved.reshape(E, -1, 12), mode="r"))
+        return (rows.reshape(E, 48, 3) @ np.swapaxes(_axes(chord, across), -1, -2)).reshape(
+            E, 12, 12
+        )
 
 
 def _beam_numbers(carried: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
@@ -245,70 +264,118 @@ def vibrations(
     Small vibrations about a state where the equations are known, over the free coordinates of legs
     and the twist of the platform. The squares are negative where the robot leaves the equilibrium;
     motions have the kinetic energy 1/2 at unit velocity. Those without mass are at rest in the
-    others' balance. Where every motion meets stiffness, frequencies are the inverse singular values
-    of ``B`` over motions of unit energy: the slow ones keep their digits beside the fast ones.
+    others' balance.
+
+    A motion is one of the platform that the legs follow in balance, and those of each component of
+    the legs while the platform stays: these share no elastic energy, and are of unit energy. Where
+    every one meets stiffness, frequencies are the inverse singular values of ``B`` over them: the
+    slow ones keep their digits beside the fast ones.
     """
-    legs, r = problem.legs, problem.size
-    number = np.full(legs.numbers.total, -1)
-    number[problem.free] = np.arange(len(problem.free))
-    n = len(problem.free) + r
-    stiff = np.zeros(n)
+    free, rows = _motions_of_platform(known), mass_rows(problem, masses, state)
+    K, parts, on_platform = free.T @ (known.K_total - known.K) @ free, [], [rows.of_twist @ free]
+    for g, (block, A) in enumerate(zip(problem.blocks, known.equations.A, strict=True)):
+        own = [np.flatnonzero((rows.chains == c[:, None]).any(axis=0)) for c in block.chains]
+        # without masses they follow
+        none = [(np.arange(len(own)), np.zeros((len(own), block.free, 0)))]
+        alone = held_motions(problem, known.equations, g) if any(map(len, own)) else none
+        for alike, motions in alone:
+            at, A_x = block.coordinates[alike], A[alike, : block.free, : block.free]
+            E, signs = _of_unit_energy(np.swapaxes(motions, -1, -2) @ A_x @ motions)
+            E, follow = motions @ E, known.by_twist[at] @ free
+            follow -= E @ (signs[..., None] * (np.swapaxes(E, -1, -2) @ (A_x @ follow)))
+            K += (np.swapaxes(follow, -1, -2) @ A_x @ follow).sum(axis=0)
+            B = np.zeros((len(alike), max(len(own[i]) for i in alike), block.free))
+            for B_i, i, x in zip(B, alike, at, strict=True):
+                B_i[: len(own[i])] = rows.of_legs[np.ix_(own[i], x)]
+            # as many rows as it has motions, and those that are left over for the platform
+            k, both = E.shape[-1], np.concatenate([B @ E, B @ follow], axis=-1)
+            if both.shape[1] > k:
+                both = np.asarray(np.linalg.qr(both, mode="r"))
+            on_platform.extend(both[:, k:, k:])
+            parts += zip(at, E, follow, signs, both[:, :k], strict=True)
+    (P,), (signs,) = _of_unit_energy(K[None])
+    last = np.linalg.qr(np.concatenate(on_platform) @ P, mode="r")
+    ends = np.cumsum([0, *(E.shape[1] for _, E, *_ in parts)])
+    n = int(ends[-1])
+    B = np.zeros((n + len(last), n + len(P)))
+    B[n:, n:] = last
+    for i, (_, E, _, _, own) in zip(ends, parts, strict=False):
+        k = E.shape[1]
+        B[i : i + len(own), i : i + k], B[i : i + len(own), n:] = own[:, :k], own[:, k:] @ P
+
+    def motions_of_unit_energy() -> np.ndarray:
+        """By free coordinates and twist (m, n)."""
+        number = np.full(problem.legs.numbers.total, -1)
+        number[problem.free] = np.arange(len(problem.free))
+        found = np.zeros((len(problem.free) + problem.size, B.shape[1]))
+        for i, (at, E, follow, *_) in zip(ends, parts, strict=False):
+            found[number[at], i : i + E.shape[1]], found[number[at], n:] = E, follow @ P
+        found[len(problem.free) :, n:] = free @ P
+        return found
+
+    signs = np.concatenate([*(part[3] for part in parts), signs])
+    if not np.all(signs > 0):
+        return _without_stiffness(motions_of_unit_energy, np.diag(signs), B)
+    values = np.linalg.svd(B, compute_uv=False)  # the most of the time where legs have masses
+    values = values[values > _MASSLESS * np.max(values, initial=0.0)]
+    return 1.0 / values**2, partial(_shapes, motions_of_unit_energy, B, len(values), problem.size)
+
+
+def _motions_of_platform(known: Linearised) -> np.ndarray:
+    """Twists (r, f) that rigid parts leave, each about as stiff as the others."""
+    problem, held = known.problem, known.held_platform
+    free = (np.eye(problem.size) if held is None else held.free) / problem.scale[:, None]
+    roots = [np.zeros((free.shape[1], free.shape[1]))]
     for g, block in enumerate(problem.blocks):
-        curvature = np.diagonal(unloaded_curvature(legs, g), axis1=-2, axis2=-1)
-        stiff[number[block.coordinates]] = curvature
-    # motions that keep the robot together, in robot lengths and radians
-    C = whole_closure(known) * np.append(
-        problem.units[problem.free], problem.scale / problem.length
-    )
-    size = unit_sizes(C, stiff)
-    C = C * size
-    rows = np.linalg.norm(C, axis=1)
-    ((_, motions),) = null_motions((C / np.where(rows > 0, rows, 1.0)[:, None])[None])
-    Z = motions[0] * size[:, None]
-    # second variation of the energy, less the work of loads and wrenches
-    KZ = np.zeros(Z.shape)
-    KZ[n - r :] = (known.K_total - known.K) @ Z[n - r :]
-    for block, A in zip(problem.blocks, known.equations.A, strict=True):
-        at = number[block.coordinates]
-        KZ[at] = A[:, : block.free, : block.free] @ Z[at]
-    B, K = mass_rows(problem, masses, state) @ Z, Z.T @ KZ
-    K = 0.5 * (K + K.T)
+        stiff = np.diagonal(elastic_curvature(problem.legs, g), axis1=-2, axis2=-1)
+        roots.extend(np.sqrt(stiff)[..., None] * (known.by_twist[block.coordinates] @ free))
+    _, sizes, Vt = np.linalg.svd(np.concatenate(roots), full_matrices=False)
+    most = np.max(sizes, initial=0.0) or 1.0
+    return free @ Vt.T / np.where(sizes > _RIGID * most, sizes, most)
+
+
+def _of_unit_energy(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Columns T (N, k, k) with ``T^T K T`` diagonal, and that (N, k): 1, or 0 and -1.
+
+    0 where nothing resists.
+    """
+    K = 0.5 * (K + np.swapaxes(K, -1, -2))
     try:
         L = np.linalg.cholesky(K)
         inverse = np.linalg.inv(L)
+        if np.all(np.sum(L * L, axis=(1, 2)) * np.sum(inverse**2, axis=(1, 2)) < _CLEARLY**2):
+            return np.swapaxes(inverse, -1, -2), np.ones(K.shape[:2])
     except np.linalg.LinAlgError:
-        return _without_stiffness(Z, K, B)
-    if not np.linalg.norm(L) * np.linalg.norm(inverse) < _CLEARLY:
-        return _without_stiffness(Z, K, B)
-    B = B @ inverse.T
-    values = np.linalg.svd(B, compute_uv=False)  # a third of the time of all
-    values = values[values > _MASSLESS * np.max(values, initial=0.0)]
-    return 1.0 / values**2, partial(_shapes, Z @ inverse.T, B, len(values), r)
+        pass
+    w, V = np.linalg.eigh(K)
+    size = np.abs(w)
+    signs = np.where(size > _LOOSE * size.max(axis=-1, initial=0.0, keepdims=True), np.sign(w), 0.0)
+    return V / np.sqrt(np.where(signs == 0.0, 1.0, size))[:, None], signs
 
 
-def _shapes(Z: np.ndarray, B: np.ndarray, count: int, r: int) -> np.ndarray:
-    """Motions ``Z v / s`` (count, n) of the largest singular values s of B.
+def _shapes(motions: Callable[[], np.ndarray], B: np.ndarray, count: int, r: int) -> np.ndarray:
+    """Motions ``Z v / s`` (count, n) of the largest singular values s of B, over motions Z.
 
     Of those of one frequency the first takes all of what the platform moves along the first of its
     r coordinates, which are the last of Z, and so on: rounding does not choose them.
     """
     _, values, Vt = np.linalg.svd(B, full_matrices=False)
-    motions = (Z @ Vt[:count].T / values[:count]).T
+    found = (motions() @ Vt[:count].T / values[:count]).T
     starts = np.flatnonzero(np.diff(values[:count]) < -_SAME * values[1:count]) + 1
     for own in np.split(np.arange(count), starts):
-        moved = motions[own, -r:]
+        moved = found[own, -r:]
         sizes = np.linalg.norm(moved, axis=0)
         if len(own) > 1 and sizes.any():
             Q = np.linalg.qr(moved[:, sizes > _SMALL * sizes.max()], mode="complete")[0]
-            motions[own] = Q.T @ motions[own]
-    return motions
+            found[own] = Q.T @ found[own]
+    return found
 
 
 def _without_stiffness(
-    Z: np.ndarray, K: np.ndarray, B: np.ndarray
+    motions: Callable[[], np.ndarray], K: np.ndarray, B: np.ndarray
 ) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
     """Where some motion meets no stiffness, or a negative one."""
-    least = _LOOSE * np.max(np.abs(np.linalg.eigvalsh(K)), initial=0.0)
+    least = _LOOSE * np.max(np.abs(K), initial=0.0)
     _, values, Vt = np.linalg.svd(B)
     k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
     heavy, light = Vt[:k].T / values[:k], Vt[k:].T
@@ -318,28 +385,51 @@ def _without_stiffness(
     moved = heavy - follow @ ((follow.T @ K @ heavy) / w[stiff][:, None])
     squares, modes = np.linalg.eigh(moved.T @ K @ moved)
     none = np.abs(squares) <= _LOOSE * np.max(np.abs(squares), initial=0.0)
-    return np.where(none, 0.0, squares), partial(np.array, (Z @ moved @ modes).T)
+    return np.where(none, 0.0, squares), lambda: (motions() @ moved @ modes).T
 
 
-def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) -> np.ndarray:
-    """B (k, n) of all masses and drives by free coordinates and twist; ``B^T B`` is their matrix.
+class MassRows(NamedTuple):
+    """Rows of velocities of points times roots of masses.
 
-    Velocities of points times roots of masses.
+    Products of all rows with themselves are the mass matrix.
     """
-    r, legs, rows, free = problem.size, problem.legs, list(problem.rows), len(problem.free)
-    pairs = [(coupling.drive, a) for coupling, a in zip(legs.couplings, legs.sum_rows, strict=True)]
+
+    of_legs: np.ndarray  # (k, T): by all unknowns of the legs, each by those of one component
+    chains: np.ndarray  # (k,): one of that component
+    of_twist: np.ndarray  # (p, r): by the twist of the platform
+
+
+def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) -> MassRows:
+    """Of all masses and drives at a state."""
+    legs, of_chains = problem.legs, list[tuple[int, np.ndarray]]()
+    points = [carried for carried in masses.on_legs if not carried.is_along_part]
+    if points:
+        spots = [carried.spot for carried in points]
+        at = legs.now(state.legs, spots, np.array([carried.mass.centre for carried in points]))
+        roots = np.sqrt(np.array([carried.mass.value for carried in points], dtype=float))
+        moved = roots[:, None, None] * legs.twists(state.legs, spots, at)[0][:, :3]
+        of_chains += zip([spot.chain for spot in spots], moved, strict=True)
+    if sections := masses.sections:
+        rows, at = sections.rows(legs, state.legs)
+        twists, E = legs.twists(state.legs, sections.ends, at)[0], len(rows)
+        moved = rows @ np.concatenate([twists[:E], twists[E:]], axis=1)
+        of_chains += zip([spot.chain for spot in sections.ends[:E]], moved, strict=True)
+    drives = [
+        (coupling.place[0], coupling.drive.inertia, a)
+        for coupling, a in zip(legs.couplings, legs.sum_rows, strict=True)
+    ]
     for (c, k), at in legs.places.items():
-        element, unit = legs.chains[c].elements[k], np.zeros(legs.numbers.total)
+        element = legs.chains[c].elements[k]
         if isinstance(element, FiniteJoint) and element.inertia:
+            unit = np.zeros(legs.numbers.total)
             unit[legs.numbers.x[at]] = 1.0
-            pairs.append((element, unit))
-    moving = [np.sqrt(drive.inertia) * a[problem.free] for drive, a in pairs if drive.inertia]
-    each = [np.array(moving).reshape(-1, free)]
-    if masses.on_legs:
-        each.append(velocities(legs, state.legs, masses.on_legs)[:, problem.free])
-    found = [np.pad(np.concatenate(each), [(0, 0), (0, r)])]
-    for mass in masses.on_platform:
-        b = state.R @ (mass.centre - problem.point)
-        rate = twist_transport(b)[:3, rows]
-        found.append(np.pad(np.sqrt(float(mass.value)) * rate, [(0, 0), (free, 0)]))
-    return np.concatenate(found)
+            drives.append((c, element.inertia, unit))
+    of_chains += [(c, np.sqrt(float(of)) * a[None]) for c, of, a in drives if of]
+    arms = [state.R @ (mass.centre - problem.point) for mass in masses.on_platform]
+    roots = np.sqrt([float(mass.value) for mass in masses.on_platform])[:, None, None]
+    of_twist = roots * twist_transport(np.reshape(arms, (-1, 3)))[:, :3, list(problem.rows)]
+    return MassRows(
+        np.concatenate([np.zeros((0, legs.numbers.total)), *(rows for _, rows in of_chains)]),
+        np.repeat([c for c, _ in of_chains], [len(rows) for _, rows in of_chains]),
+        of_twist.reshape(-1, problem.size),
+    )
