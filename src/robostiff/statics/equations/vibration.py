@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.frozen import field, frozen
+from robostiff.kept import kept
 from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import cross, twist_transport
 from robostiff.statics.chains.elements import FiniteJoint, Spot
@@ -64,104 +65,62 @@ class CarriedMass:
         return self.part is not None and self.parts > 0 and is_long
 
 
-@frozen
+@frozen(eq=False)
 class CarriedMasses:
     """All masses of a robot, at the unloaded posture."""
 
     on_legs: tuple[CarriedMass, ...] = ()
     on_platform: tuple[PlacedMass, ...] = ()
 
-    @cached_property
-    def sections(self) -> MovingSections | None:
-        """Of all elastic parts along which some are."""
-        along = [carried for carried in self.on_legs if carried.is_along_part]
-        return MovingSections.of(along) if along else None
 
+def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -> np.ndarray:
+    """Twelve rows (E, 12, T) of each of the E elements of elastic parts along which masses are.
 
-@frozen
-class MovingSections:
-    """Sections of the elements of elastic parts, E side by side, that have masses.
-
-    An element is straight between its ends where these are now, and its sections move as
+    An element of a part is straight between its ends where these are now, and its sections move as
     `motion_of_section` says.
     """
-
-    ends: list[Spot]  # the bodies before all elements, then those behind them
-    points: np.ndarray  # (2 E, 3): where these end, at the unloaded posture [m]
-    across: np.ndarray  # (E, 3): towards their y axes
-    s: np.ndarray  # (E, 4): parts of the elements before their sections
-    phi: np.ndarray  # (E, 2): see `motion_of_section`
-    roots: np.ndarray  # (E, 4): of the masses of the sections
-    aside: np.ndarray  # (E, 3): where these are beside the axis, in axes of the part [m]
-    radii: np.ndarray  # (E, 3): of gyration [m]
-
-    @staticmethod
-    def of(masses: Sequence[CarriedMass]) -> MovingSections:
-        """Of masses along elastic parts; one at a point is all in one section."""
-        n = np.array([carried.parts for carried in masses])
-        of_mass = np.repeat(np.arange(len(masses)), n)  # of each element
-        i = np.concatenate([np.arange(carried.parts) for carried in masses])
-        near = [
-            Spot(spot.chain, spot.after - carried.parts + k)
-            for carried in masses
-            for spot in (carried.spot,)
-            for k in range(carried.parts)
-        ]
-        start = np.array([carried.mass.start for carried in masses])[of_mass]
-        x = np.array([carried.end for carried in masses])[of_mass] - start
-        y = np.array([carried.part.rotation[:, 1] for carried in masses if carried.part])[of_mass]
-        n = n[of_mass]
-        shear, radii = (np.array(v)[of_mass] for v in zip(*map(_beam_numbers, masses), strict=True))
-        spans, aside = (np.array(v)[of_mass] for v in zip(*map(_spread, masses), strict=True))
-        first, last = (spans * n[:, None] - i[:, None]).T
-        is_point, low, high = first == last, np.maximum(first, 0.0), np.minimum(last, 1.0)
-        s = low[:, None] + 0.5 * (1.0 + _GAUSS[0]) * (high - low)[:, None]
-        share = np.maximum(high - low, 0.0) / np.where(is_point, 1.0, last - first)
-        is_in = np.minimum((spans[:, 0] * n).astype(int), n - 1) == i
-        share = np.where(is_point, is_in, share)
-        weight = np.array([carried.mass.value for carried in masses], dtype=float)[of_mass] * share
-        steps = np.concatenate([i, i + 1]) / np.tile(n, 2)
-        return MovingSections(
-            [*near, *(spot._replace(after=spot.after + 1) for spot in near)],
-            np.tile(start, (2, 1)) + np.tile(x, (2, 1)) * steps[:, None],
-            2.0 * y,
-            np.where(is_point[:, None], first[:, None], s),
-            shear / (x * x).sum(axis=-1)[:, None] * (n * n)[:, None],
-            np.sqrt(0.5 * weight[:, None] * _GAUSS[1]),
-            (np.swapaxes(_axes(x, y), -1, -2) @ aside[..., None])[..., 0],
-            radii,
-        )
-
-    @cached_property
-    def at_rest(self) -> tuple[np.ndarray, np.ndarray]:
-        """The rows at the unloaded posture, and the points."""
-        return self._rows(self.points, self.across), self.points
-
-    def rows(self, legs: Legs, state: LegState) -> tuple[np.ndarray, np.ndarray]:
-        """Velocities of sections times roots of masses (E, 12, 12), and where the ends are [m].
-
-        By the twists of both ends, each about its own, in axes of the world; as many of twelve
-        rows as give the same energies.
-        """
-        if state is legs.unloaded:
-            return self.at_rest
-        R, t = legs.places_of(state, self.ends)
-        points, E = (R @ self.points[..., None])[..., 0] + t, len(self.s)
-        across = 0.5 * (R[:E] + R[E:]) @ self.across[..., None]
-        return self._rows(points, across[..., 0]), points
-
-    def _rows(self, points: np.ndarray, across: np.ndarray) -> np.ndarray:
-        E = len(self.s)
-        chord = points[E:] - points[:E]
-        length = np.linalg.norm(chord, axis=-1)[:, None]
-        moved = motion_of_section(self.s, length, self.phi[:, None])
-        moved = twist_transport(self.aside)[:, None] @ moved
-        moved *= self.roots[..., None, None]
-        moved[..., 3:, :] *= self.radii[:, None, :, None]
-        rows = np.asarray(np.linalg.qr(moved.reshape(E, -1, 12), mode="r"))
-        return (rows.reshape(E, 48, 3) @ np.swapaxes(_axes(chord, across), -1, -2)).reshape(
-            E, 12, 12
-        )
+    n = np.array([carried.parts for carried in masses])
+    of_mass = np.repeat(np.arange(len(masses)), n)  # of each element
+    i = np.concatenate([np.arange(carried.parts) for carried in masses])
+    near = [
+        Spot(spot.chain, spot.after - carried.parts + k)
+        for carried in masses
+        for spot in (carried.spot,)
+        for k in range(carried.parts)
+    ]
+    ends = [*near, *(spot._replace(after=spot.after + 1) for spot in near)]
+    R, t = legs.places_of(state, ends)
+    start = np.array([carried.mass.start for carried in masses])[of_mass]
+    x = np.array([carried.end for carried in masses])[of_mass] - start
+    y = np.array([carried.part.rotation[:, 1] for carried in masses if carried.part])[of_mass]
+    n, E = n[of_mass], len(near)
+    # ends of all elements, and their axes, as they are now
+    steps = np.concatenate([i, i + 1]) / np.tile(n, 2)
+    at = (R @ (np.tile(start, (2, 1)) + np.tile(x, (2, 1)) * steps[:, None])[..., None])[..., 0] + t
+    chord = at[E:] - at[:E]
+    axes = _axes(chord, ((R[:E] + R[E:]) @ y[..., None])[..., 0])
+    shear, radii = (np.array(v)[of_mass] for v in zip(*map(_beam_numbers, masses), strict=True))
+    spans, aside = (np.array(v)[of_mass] for v in zip(*map(_spread, masses), strict=True))
+    aside = (np.swapaxes(_axes(x, y), -1, -2) @ aside[..., None])[..., 0]
+    # sections, as parts s of their elements, and their masses; a mass at one point is all in one
+    first, last = (spans * n[:, None] - i[:, None]).T
+    is_point, low, high = first == last, np.maximum(first, 0.0), np.minimum(last, 1.0)
+    s = low[:, None] + 0.5 * (1.0 + _GAUSS[0]) * (high - low)[:, None]
+    share = np.maximum(high - low, 0.0) / np.where(is_point, 1.0, last - first)
+    is_in = np.minimum((spans[:, 0] * n).astype(int), n - 1) == i
+    s, share = np.where(is_point[:, None], first[:, None], s), np.where(is_point, is_in, share)
+    weight = np.array([carried.mass.value for carried in masses], dtype=float)[of_mass] * share
+    # their velocities by those of both ends, and these by the unknowns
+    length = np.linalg.norm(chord, axis=-1)
+    phi = shear / (x * x).sum(axis=-1)[:, None] * (n * n)[:, None]
+    rows = motion_of_section(s, length[:, None], phi[:, None])
+    roots = np.sqrt(0.5 * weight[:, None] * _GAUSS[1])
+    rows = twist_transport(aside)[:, None] @ rows * roots[..., None, None]
+    rows[..., 3:, :] *= radii[:, None, :, None]
+    rows = np.asarray(np.linalg.qr(rows.reshape(E, -1, 12), mode="r")).reshape(E, 48, 3)
+    twists = legs.twists(state, ends, at)[0]
+    by_ends = (rows @ np.swapaxes(axes, -1, -2)).reshape(E, 12, 12)
+    return by_ends @ np.concatenate([twists[:E], twists[E:]], axis=1)
 
 
 def _beam_numbers(carried: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
@@ -271,7 +230,8 @@ def vibrations(
     every one meets stiffness, frequencies are the inverse singular values of ``B`` over them: the
     slow ones keep their digits beside the fast ones.
     """
-    free, rows = _motions_of_platform(known), mass_rows(problem, masses, state)
+    is_at_rest, free = state is problem.unloaded, _motions_of_platform(known)
+    rows = mass_rows_at_rest(problem, masses) if is_at_rest else mass_rows(problem, masses, state)
     K, parts, on_platform = free.T @ (known.K_total - known.K) @ free, [], [rows.of_twist @ free]
     for g, (block, A) in enumerate(zip(problem.blocks, known.equations.A, strict=True)):
         own = [np.flatnonzero((rows.chains == c[:, None]).any(axis=0)) for c in block.chains]
@@ -399,6 +359,12 @@ class MassRows(NamedTuple):
     of_twist: np.ndarray  # (p, r): by the twist of the platform
 
 
+@kept
+def mass_rows_at_rest(problem: EquilibriumProblem, masses: CarriedMasses) -> MassRows:
+    """Of all masses and drives at the unloaded posture."""
+    return mass_rows(problem, masses, problem.unloaded)
+
+
 def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) -> MassRows:
     """Of all masses and drives at a state."""
     legs, of_chains = problem.legs, list[tuple[int, np.ndarray]]()
@@ -409,11 +375,10 @@ def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) 
         roots = np.sqrt(np.array([carried.mass.value for carried in points], dtype=float))
         moved = roots[:, None, None] * legs.twists(state.legs, spots, at)[0][:, :3]
         of_chains += zip([spot.chain for spot in spots], moved, strict=True)
-    if sections := masses.sections:
-        rows, at = sections.rows(legs, state.legs)
-        twists, E = legs.twists(state.legs, sections.ends, at)[0], len(rows)
-        moved = rows @ np.concatenate([twists[:E], twists[E:]], axis=1)
-        of_chains += zip([spot.chain for spot in sections.ends[:E]], moved, strict=True)
+    along = [carried for carried in masses.on_legs if carried.is_along_part]
+    if along:
+        of_parts = np.repeat([carried.spot.chain for carried in along], [c.parts for c in along])
+        of_chains += zip(of_parts, _rows_of_parts(legs, state.legs, along), strict=True)
     drives = [
         (coupling.place[0], coupling.drive.inertia, a)
         for coupling, a in zip(legs.couplings, legs.sum_rows, strict=True)
