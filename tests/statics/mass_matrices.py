@@ -13,9 +13,9 @@ def mass_matrix(robot: rs.Robot, pose: rs.JointCoordinates) -> np.ndarray:
     """Of a serial arm whose joints all have a stiffness and whose links are rigid (m, m)."""
     loaded = postures_of(robot, pose, None).loaded(0, Acting(beams=rs.Linear()), masses={})
     problem, state = loaded.problem, loaded.problem.unloaded
-    rows = mass_rows(problem, loaded.masses, state)
+    of_legs, _, of_twist = mass_rows(problem, loaded.masses, state)
     # the platform moves with the body behind the last joint, so that the chain stays closed
     last = Spot(0, len(problem.legs.chains[0].elements))
     twist = problem.legs.twists(state.legs, [last], state.p[None])[0][0, list(problem.rows)]
-    B = np.concatenate([rows.of_legs, rows.of_twist @ twist])[:, problem.free]
+    B = np.concatenate([of_legs, of_twist @ twist])[:, problem.free]
     return B.T @ B

@@ -188,37 +188,30 @@ def _best_length(
     """
     d = (step[:, None, :] @ W)[:, 0]
     needed = -np.einsum("ni,ni->n", F, step)
-    moving = np.abs(d) > 1e-15 * np.abs(d).max(axis=-1, keepdims=True)
-    safe = np.where(moving, d, 1.0)
-    meets = np.concatenate([(low - raw) / safe, (high - raw) / safe], axis=-1)
-    meets = np.where(np.concatenate([moving, moving], axis=-1) & (meets > 0), meets, np.inf)
-    meets = np.sort(np.concatenate([np.zeros((len(d), 1)), meets], axis=-1), axis=-1)
 
     def slope(lengths: np.ndarray) -> np.ndarray:
-        at = np.where(np.isfinite(lengths), lengths, 0.0)
-        tensions = raw[:, None, :] + at[..., None] * d[:, None, :]
+        tensions = raw[:, None, :] + lengths[..., None] * d[:, None, :]
         tensions = np.minimum(np.maximum(tensions, low), high)
         return needed[:, None] - (tensions @ d[..., None])[..., 0]
 
-    slopes = np.where(np.isfinite(meets), slope(meets), -np.inf)
+    most = np.abs(d).max(axis=-1)
+    moving = np.where(np.abs(d) > 1e-15 * most[:, None], d, np.nan)
+    start = np.zeros((len(d), 1))
+    meets = np.concatenate([start, (low - raw) / moving, (high - raw) / moving], axis=-1)
+    meets = np.where((meets > 0) & (meets < np.inf), meets, 0.0)
     # The last break point with a rising slope; the maximum lies between it and the next.
-    rising = (slopes > 0).sum(axis=-1)
-    each, first = np.arange(len(d)), np.maximum(rising - 1, 0)
-    start, slope_start = meets[each, first], slopes[each, first]
-    beyond = np.minimum(first + 1, meets.shape[-1] - 1)
-    end = meets[each, beyond]
+    rising = slope(meets) > 0
+    start = np.where(rising, meets, 0.0).max(axis=-1)
+    end = np.where(rising, np.inf, meets).min(axis=-1)
     # Beyond the last break point the slope is linear; two points determine it.
     unit = np.maximum(start, 1.0)
-    probe, slope_end = end, slopes[each, beyond]
-    if not np.all(bounded := np.isfinite(end) & (end > start)):
-        probe = np.where(bounded, end, start + unit)
-        slope_end = slope(probe[:, None])[:, 0]
+    probe = np.where(np.isfinite(end), end, start + unit)
+    slope_start, slope_end = slope(np.stack([start, probe], axis=-1)).T
     fall = slope_start - slope_end
     ends = fall > 1e-14 * np.abs(slope_start)
     length = start + (probe - start) * slope_start / np.where(ends, fall, 1.0)
     # No tensions work more on the step than those at the limits on its side: less than is needed
     # is a proof, with room for cables without a limit on which it works by rounding alone.
-    most = np.abs(d).max(axis=-1)
     limits = np.where(d > 0, high, low)
     nothing = (np.abs(d) <= _NO_WORK * most[:, None]) & ~np.isfinite(limits)
     available = np.sum(d * np.where(nothing, 0.0, limits), axis=-1)

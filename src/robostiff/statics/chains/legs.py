@@ -179,11 +179,6 @@ class Legs:
         R, t = self.bodies(state)
         return R[bodies], t[bodies]
 
-    def now(self, state: LegState, spots: Sequence[Spot], points: np.ndarray) -> np.ndarray:
-        """Where points (M, 3) of the unloaded posture are, of some bodies [m]."""
-        R, t = self.places_of(state, spots)
-        return (R @ points[..., None])[..., 0] + t
-
     @cached_property
     def sum_rows(self) -> list[np.ndarray]:
         """Of every coupling: the factors of its sum, by unknown (T,)."""

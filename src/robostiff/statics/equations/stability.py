@@ -28,8 +28,8 @@ _NONE = 1e-10
 _FREE = 1e-9
 # Of the largest curvature: what rounding leaves of none.
 _ROUNDING = 1e-8
-# Condition of a root of the elastic energy up to which it is positive definite beyond doubt.
-_CLEARLY = 1e4
+# Condition of a root of an energy up to which it is positive definite beyond doubt.
+_CLEARLY = 1e5
 # Diagonal entry of a triangular factor, of the largest, above which closures are independent.
 _INDEPENDENT = 1e-6
 # Of the largest singular value of a closure: a direction that is missing all along.
@@ -82,14 +82,27 @@ def margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
     if Q.shape[-1] == 0:
         return [Margin(1.0, q, q) for q in Q]
     Q, Q0 = 0.5 * (Q + np.swapaxes(Q, -1, -2)), 0.5 * (Q0 + np.swapaxes(Q0, -1, -2))
+    T, signs = of_unit_energy(Q0)
+    return _ratios(Q, T) if np.all(signs > 0) else _semidefinite(Q, Q0)
+
+
+def of_unit_energy(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Columns T (N, k, k) with ``T^T K T`` diagonal, and that (N, k): 1, or 0 and -1.
+
+    0 where nothing resists.
+    """
+    K = 0.5 * (K + np.swapaxes(K, -1, -2))
     try:
-        L = np.linalg.cholesky(Q0)
+        L = np.linalg.cholesky(K)
         inverse = np.linalg.inv(L)
+        if np.all(np.sum(L * L, axis=(1, 2)) * np.sum(inverse**2, axis=(1, 2)) < _CLEARLY**2):
+            return np.swapaxes(inverse, -1, -2), np.ones(K.shape[:2])
     except np.linalg.LinAlgError:
-        return _semidefinite(Q, Q0)
-    if not np.all(_norm(L) * _norm(inverse) < _CLEARLY):
-        return _semidefinite(Q, Q0)
-    return _ratios(Q, np.swapaxes(inverse, -1, -2))
+        pass
+    w, V = np.linalg.eigh(K)
+    size = np.abs(w)
+    signs = np.where(size > _NONE * size.max(axis=-1, initial=0.0, keepdims=True), np.sign(w), 0.0)
+    return V / np.sqrt(np.where(signs == 0.0, 1.0, size))[:, None], signs
 
 
 def _semidefinite(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
@@ -123,11 +136,6 @@ def _ratios(Q: np.ndarray, T: np.ndarray) -> list[Margin]:
     form = np.swapaxes(T, -1, -2) @ Q @ T
     values = np.linalg.eigvalsh(form)[:, 0].tolist()
     return list(map(Margin, values, form, T))
-
-
-def _norm(A: np.ndarray) -> np.ndarray:
-    """Frobenius norms of matrices (N, n, n)."""
-    return np.sqrt(np.sum(A * A, axis=(-1, -2)))
 
 
 def meets_stiffness(known: Linearised) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
-from typing import NamedTuple, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +16,7 @@ from robostiff.spatial import cross, twist_transport
 from robostiff.statics.chains.elements import FiniteJoint, Spot
 from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
-from robostiff.statics.equations.stability import elastic_curvature, held_motions
+from robostiff.statics.equations.stability import elastic_curvature, held_motions, of_unit_energy
 
 # Cosine, less than one by this: an elastic part whose own x axis is not along it.
 _ASIDE = 1e-9
@@ -24,9 +24,8 @@ _ASIDE = 1e-9
 _GAUSS = np.polynomial.legendre.leggauss(4)
 # Of the largest singular value of the masses, whose roots are taken: none.
 _MASSLESS = 1e-9
-# Of the largest stiffness, or square of a frequency: nothing resists; and condition of a root of
-# the stiffness up to which every motion meets more.
-_LOOSE, _CLEARLY = 1e-10, 1e5
+# Of the largest stiffness, or square of a frequency: nothing resists.
+_LOOSE = 1e-10
 # Of the largest root of a stiffness of the platform: it has none beside those of rigid parts.
 _RIGID = 1e-12
 # Of a frequency: another is the same; and of what the platform moves: not at all.
@@ -82,12 +81,7 @@ def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -
     n = np.array([carried.parts for carried in masses])
     of_mass = np.repeat(np.arange(len(masses)), n)  # of each element
     i = np.concatenate([np.arange(carried.parts) for carried in masses])
-    near = [
-        Spot(spot.chain, spot.after - carried.parts + k)
-        for carried in masses
-        for spot in (carried.spot,)
-        for k in range(carried.parts)
-    ]
+    near = [Spot(c.spot.chain, c.spot.after - c.parts + k) for c in masses for k in range(c.parts)]
     ends = [*near, *(spot._replace(after=spot.after + 1) for spot in near)]
     R, t = legs.places_of(state, ends)
     start = np.array([carried.mass.start for carried in masses])[of_mass]
@@ -230,55 +224,52 @@ def vibrations(
     every one meets stiffness, frequencies are the inverse singular values of ``B`` over them: the
     slow ones keep their digits beside the fast ones.
     """
-    is_at_rest, free = state is problem.unloaded, _motions_of_platform(known)
-    rows = mass_rows_at_rest(problem, masses) if is_at_rest else mass_rows(problem, masses, state)
-    K, parts, on_platform = free.T @ (known.K_total - known.K) @ free, [], [rows.of_twist @ free]
+    free, r = _motions_of_platform(known), problem.size
+    find = mass_rows_at_rest if state is problem.unloaded else partial(mass_rows, state=state)
+    of_legs, chains, of_twist = find(problem, masses)
+    K, parts, on_platform, start = (
+        free.T @ (known.K_total - known.K) @ free,
+        [],
+        [of_twist @ free],
+        0,
+    )
     for g, (block, A) in enumerate(zip(problem.blocks, known.equations.A, strict=True)):
-        own = [np.flatnonzero((rows.chains == c[:, None]).any(axis=0)) for c in block.chains]
+        own = [np.flatnonzero((chains == c[:, None]).any(axis=0)) for c in block.chains]
         # without masses they follow
         none = [(np.arange(len(own)), np.zeros((len(own), block.free, 0)))]
         alone = held_motions(problem, known.equations, g) if any(map(len, own)) else none
         for alike, motions in alone:
             at, A_x = block.coordinates[alike], A[alike, : block.free, : block.free]
-            E, signs = _of_unit_energy(np.swapaxes(motions, -1, -2) @ A_x @ motions)
+            E, signs = of_unit_energy(np.swapaxes(motions, -1, -2) @ A_x @ motions)
             E, follow = motions @ E, known.by_twist[at] @ free
             follow -= E @ (signs[..., None] * (np.swapaxes(E, -1, -2) @ (A_x @ follow)))
             K += (np.swapaxes(follow, -1, -2) @ A_x @ follow).sum(axis=0)
             B = np.zeros((len(alike), max(len(own[i]) for i in alike), block.free))
             for B_i, i, x in zip(B, alike, at, strict=True):
-                B_i[: len(own[i])] = rows.of_legs[np.ix_(own[i], x)]
+                B_i[: len(own[i])] = of_legs[np.ix_(own[i], x)]
             # as many rows as it has motions, and those that are left over for the platform
             k, both = E.shape[-1], np.concatenate([B @ E, B @ follow], axis=-1)
             if both.shape[1] > k:
                 both = np.asarray(np.linalg.qr(both, mode="r"))
             on_platform.extend(both[:, k:, k:])
-            parts += zip(at, E, follow, signs, both[:, :k], strict=True)
-    (P,), (signs,) = _of_unit_energy(K[None])
+            parts += zip(start + alike * block.free, E, follow, signs, both[:, :k], strict=True)
+        start += block.coordinates.size
+    (P,), (signs,) = of_unit_energy(K[None])
     last = np.linalg.qr(np.concatenate(on_platform) @ P, mode="r")
-    ends = np.cumsum([0, *(E.shape[1] for _, E, *_ in parts)])
-    n = int(ends[-1])
-    B = np.zeros((n + len(last), n + len(P)))
-    B[n:, n:] = last
-    for i, (_, E, _, _, own) in zip(ends, parts, strict=False):
-        k = E.shape[1]
-        B[i : i + len(own), i : i + k], B[i : i + len(own), n:] = own[:, :k], own[:, k:] @ P
-
-    def motions_of_unit_energy() -> np.ndarray:
-        """By free coordinates and twist (m, n)."""
-        number = np.full(problem.legs.numbers.total, -1)
-        number[problem.free] = np.arange(len(problem.free))
-        found = np.zeros((len(problem.free) + problem.size, B.shape[1]))
-        for i, (at, E, follow, *_) in zip(ends, parts, strict=False):
-            found[number[at], i : i + E.shape[1]], found[number[at], n:] = E, follow @ P
-        found[len(problem.free) :, n:] = free @ P
-        return found
-
+    n = sum(E.shape[1] for _, E, *_ in parts)
+    B, Z, i = np.zeros((n + len(last), n + len(P))), np.zeros((start + r, n + len(P))), 0
+    B[n:, n:], Z[start:, n:] = last, free @ P
+    for at, E, follow, _, own in parts:
+        (m, k), count = E.shape, len(own)
+        B[i : i + count, i : i + k], B[i : i + count, n:] = own[:, :k], own[:, k:] @ P
+        Z[at : at + m, i : i + k], Z[at : at + m, n:] = E, follow @ P
+        i += k
     signs = np.concatenate([*(part[3] for part in parts), signs])
     if not np.all(signs > 0):
-        return _without_stiffness(motions_of_unit_energy, np.diag(signs), B)
+        return _without_stiffness(Z, np.diag(signs), B)
     values = np.linalg.svd(B, compute_uv=False)  # the most of the time where legs have masses
     values = values[values > _MASSLESS * np.max(values, initial=0.0)]
-    return 1.0 / values**2, partial(_shapes, motions_of_unit_energy, B, len(values), problem.size)
+    return 1.0 / values**2, partial(_shapes, Z, B, len(values), r)
 
 
 def _motions_of_platform(known: Linearised) -> np.ndarray:
@@ -294,33 +285,14 @@ def _motions_of_platform(known: Linearised) -> np.ndarray:
     return free @ Vt.T / np.where(sizes > _RIGID * most, sizes, most)
 
 
-def _of_unit_energy(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Columns T (N, k, k) with ``T^T K T`` diagonal, and that (N, k): 1, or 0 and -1.
-
-    0 where nothing resists.
-    """
-    K = 0.5 * (K + np.swapaxes(K, -1, -2))
-    try:
-        L = np.linalg.cholesky(K)
-        inverse = np.linalg.inv(L)
-        if np.all(np.sum(L * L, axis=(1, 2)) * np.sum(inverse**2, axis=(1, 2)) < _CLEARLY**2):
-            return np.swapaxes(inverse, -1, -2), np.ones(K.shape[:2])
-    except np.linalg.LinAlgError:
-        pass
-    w, V = np.linalg.eigh(K)
-    size = np.abs(w)
-    signs = np.where(size > _LOOSE * size.max(axis=-1, initial=0.0, keepdims=True), np.sign(w), 0.0)
-    return V / np.sqrt(np.where(signs == 0.0, 1.0, size))[:, None], signs
-
-
-def _shapes(motions: Callable[[], np.ndarray], B: np.ndarray, count: int, r: int) -> np.ndarray:
-    """Motions ``Z v / s`` (count, n) of the largest singular values s of B, over motions Z.
+def _shapes(Z: np.ndarray, B: np.ndarray, count: int, r: int) -> np.ndarray:
+    """Motions ``Z v / s`` (count, n) of the largest singular values s of B.
 
     Of those of one frequency the first takes all of what the platform moves along the first of its
     r coordinates, which are the last of Z, and so on: rounding does not choose them.
     """
     _, values, Vt = np.linalg.svd(B, full_matrices=False)
-    found = (motions() @ Vt[:count].T / values[:count]).T
+    found = (Z @ Vt[:count].T / values[:count]).T
     starts = np.flatnonzero(np.diff(values[:count]) < -_SAME * values[1:count]) + 1
     for own in np.split(np.arange(count), starts):
         moved = found[own, -r:]
@@ -332,7 +304,7 @@ def _shapes(motions: Callable[[], np.ndarray], B: np.ndarray, count: int, r: int
 
 
 def _without_stiffness(
-    motions: Callable[[], np.ndarray], K: np.ndarray, B: np.ndarray
+    Z: np.ndarray, K: np.ndarray, B: np.ndarray
 ) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
     """Where some motion meets no stiffness, or a negative one."""
     least = _LOOSE * np.max(np.abs(K), initial=0.0)
@@ -345,33 +317,23 @@ def _without_stiffness(
     moved = heavy - follow @ ((follow.T @ K @ heavy) / w[stiff][:, None])
     squares, modes = np.linalg.eigh(moved.T @ K @ moved)
     none = np.abs(squares) <= _LOOSE * np.max(np.abs(squares), initial=0.0)
-    return np.where(none, 0.0, squares), lambda: (motions() @ moved @ modes).T
+    return np.where(none, 0.0, squares), partial(np.array, (Z @ moved @ modes).T)
 
 
-class MassRows(NamedTuple):
-    """Rows of velocities of points times roots of masses.
+def mass_rows(
+    problem: EquilibriumProblem, masses: CarriedMasses, state: State
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Velocities of points times roots of masses; their squares are twice the kinetic energy.
 
-    Products of all rows with themselves are the mass matrix.
+    Rows (k, T) by all unknowns of the legs, each by those of one component; a chain (k,) of that;
+    rows (p, r) by the twist of the platform. Of all masses and drives, at a state.
     """
-
-    of_legs: np.ndarray  # (k, T): by all unknowns of the legs, each by those of one component
-    chains: np.ndarray  # (k,): one of that component
-    of_twist: np.ndarray  # (p, r): by the twist of the platform
-
-
-@kept
-def mass_rows_at_rest(problem: EquilibriumProblem, masses: CarriedMasses) -> MassRows:
-    """Of all masses and drives at the unloaded posture."""
-    return mass_rows(problem, masses, problem.unloaded)
-
-
-def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) -> MassRows:
-    """Of all masses and drives at a state."""
     legs, of_chains = problem.legs, list[tuple[int, np.ndarray]]()
     points = [carried for carried in masses.on_legs if not carried.is_along_part]
     if points:
         spots = [carried.spot for carried in points]
-        at = legs.now(state.legs, spots, np.array([carried.mass.centre for carried in points]))
+        R, t = legs.places_of(state.legs, spots)
+        at = np.einsum("nij,nj->ni", R, [carried.mass.centre for carried in points]) + t
         roots = np.sqrt(np.array([carried.mass.value for carried in points], dtype=float))
         moved = roots[:, None, None] * legs.twists(state.legs, spots, at)[0][:, :3]
         of_chains += zip([spot.chain for spot in spots], moved, strict=True)
@@ -393,8 +355,16 @@ def mass_rows(problem: EquilibriumProblem, masses: CarriedMasses, state: State) 
     arms = [state.R @ (mass.centre - problem.point) for mass in masses.on_platform]
     roots = np.sqrt([float(mass.value) for mass in masses.on_platform])[:, None, None]
     of_twist = roots * twist_transport(np.reshape(arms, (-1, 3)))[:, :3, list(problem.rows)]
-    return MassRows(
+    return (
         np.concatenate([np.zeros((0, legs.numbers.total)), *(rows for _, rows in of_chains)]),
         np.repeat([c for c, _ in of_chains], [len(rows) for _, rows in of_chains]),
         of_twist.reshape(-1, problem.size),
     )
+
+
+@kept
+def mass_rows_at_rest(
+    problem: EquilibriumProblem, masses: CarriedMasses
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same at the unloaded posture."""
+    return mass_rows(problem, masses, problem.unloaded)
