@@ -95,16 +95,6 @@ def record_of(machine: Any) -> KeptRecord:
     return KeptRecord(machine)
 
 
-def ask_record(question: Question) -> None:
-    """Have a question answered by the record of its machine, where there is one and it pays."""
-    given = question.recordable()
-    if given is not None:
-        machine, poses = given
-        compiled = record_of(machine).for_poses(question.rows.size, question.pays)
-        if compiled is not None:
-            question.recorded = compiled.evaluate(poses).reshaped(question.rows.shape)
-
-
 def recorded_at_one(robot: Robot, pose: Any) -> PosesOfRobot | None:
     """One pose of free coordinates, or joints, in plain numbers, answered by the robot's record.
 
@@ -216,7 +206,11 @@ def stiffness_by_record(
         if one is not None:
             return Stiffness(one, one.rows).about(at)
     question = asked_question(machine, pose, method, near, tolerance)
-    ask_record(question)
+    given = question.recordable()
+    if given is not None:  # and where it pays
+        recorded = record_of(given[0]).for_poses(question.rows.size, question.pays)
+        if recorded is not None:
+            question.recorded = recorded.evaluate(given[1]).reshaped(question.rows.shape)
     return Stiffness.of(question, at)
 
 

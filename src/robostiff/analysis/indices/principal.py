@@ -56,9 +56,8 @@ def principal_stiffness(result: Stiffness) -> PrincipalStiffnesses:
     array([ 68.7,  68.7, 462.7])
     """
     parts = stiffness_parts(result)
-    return PrincipalStiffnesses.of(
-        parts.forces_rotations_held, parts.moments_translations_held, parts.status
-    )
+    f, m = parts.forces_rotations_held, parts.moments_translations_held
+    return PrincipalStiffnesses(f.values, f.directions, m.values, m.directions, parts.status)
 
 
 @frozen
@@ -100,9 +99,8 @@ def collinear_stiffness(result: Stiffness) -> CollinearStiffness:
     array([ 17.9,  17.9, 321.8])
     """
     parts = stiffness_parts(result)
-    return CollinearStiffness.of(
-        parts.forces_rotations_free, parts.moments_translations_free, parts.status
-    )
+    f, m = parts.forces_rotations_free, parts.moments_translations_free
+    return CollinearStiffness(f.values, f.directions, m.values, m.directions, parts.status)
 
 
 @frozen

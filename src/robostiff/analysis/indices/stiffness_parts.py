@@ -14,7 +14,7 @@ Their ranks are decided as that of K is: by the wrenches that hold the platform.
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -70,12 +70,6 @@ class StationaryStiffness:
     # (r, r): unit vectors, rows; in the plane the one rotation is about z, and its row is [1]
     rotational_directions: np.ndarray
     status: Status
-
-    @classmethod
-    def of(cls, forces: EigenPart, moments: EigenPart, status: Status) -> Self:
-        """Those of two symmetric matrices."""
-        parts = (forces.values, forces.directions, moments.values, moments.directions)
-        return cls(*parts, status)
 
 
 @frozen

@@ -207,45 +207,36 @@ def margins_of(problem: EquilibriumProblem, eq: LegEquations, g: int) -> list[Ma
 def held_motions(
     problem: EquilibriumProblem, eq: LegEquations, g: int
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Components of block g, and independent motions (N, m, k) of each that leave the platform."""
+    """Components of block g, and independent motions (N, m, k) of each that leave the platform.
+
+    Those of one rank side by side. They are orthonormal in coordinates of unit energy; such without
+    stiffness move the ends of chains as far as the others do.
+    """
     legs, block = problem.legs, problem.blocks[g]
-    m = block.free
+    m, count = block.free, block.closures
     C = eq.A[g][:, m:, :m] * problem.units[block.at[0, m:]][:, None]
     # Without springs between bodies: what these add to a passive joint may be rounding.
-    scale = unit_sizes(C, np.diagonal(elastic_curvature(legs, g), axis1=-2, axis2=-1))
-    columns = C * scale[:, None]
-    rows = np.linalg.norm(columns, axis=2)
-    for alike, motions in null_motions(columns / np.where(rows > 0, rows, 1.0)[..., None]):
-        yield alike, motions * scale[alike, :, None]
-
-
-def unit_sizes(C: np.ndarray, stiff: np.ndarray) -> np.ndarray:
-    """Units of coordinates (..., m) that have a stiffness each, or none, in closures (..., c, m).
-
-    Of unit energy; those without stiffness move the ends of chains as far as the others do.
-    """
+    stiff = np.diagonal(elastic_curvature(legs, g), axis1=-2, axis2=-1)
     size = np.where(stiff > 0, 1.0 / np.sqrt(np.where(stiff > 0, stiff, 1.0)), 1.0)
-    moved = np.sqrt(np.sum((C * size[..., None, :]) ** 2, axis=-2))
+    moved = np.sqrt(np.sum((C * size[:, None]) ** 2, axis=-2))
     elastic, passive = (stiff > 0) & (moved > 0), (stiff <= 0) & (moved > 0)
     most = np.max(np.where(elastic, moved, 0.0), axis=-1, initial=0.0, keepdims=True)
     typical = np.where(most > 0, most, 1.0)
-    return np.where(passive, typical / np.where(passive, moved, 1.0), size)
-
-
-def null_motions(C: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Legs and orthonormal motions (legs, m, k) on which closures (N, c, m) of one rank vanish."""
-    count, m = C.shape[1:]
+    scale = np.where(passive, typical / np.where(passive, moved, 1.0), size)[..., None]
+    C = C * np.swapaxes(scale, -1, -2)
+    rows = np.linalg.norm(C, axis=2, keepdims=True)
+    C = C / np.where(rows > 0, rows, 1.0)
     if count < m:
         V, R = np.linalg.qr(np.swapaxes(C, -1, -2), mode="complete")
         size = np.abs(np.diagonal(R, axis1=-2, axis2=-1))
         if np.all(size > _INDEPENDENT * size.max(axis=-1, initial=0.0, keepdims=True)):
-            yield np.arange(len(C)), V[..., count:]
+            yield np.arange(len(C)), V[..., count:] * scale
             return
     _, values, Vt = np.linalg.svd(C)
     ranks = np.sum(values > _NONE * values[:, :1], axis=1)
     for rank in np.unique(ranks):
-        legs = np.flatnonzero(ranks == rank)
-        yield legs, np.swapaxes(Vt[legs, rank:], -1, -2)
+        alike = np.flatnonzero(ranks == rank)
+        yield alike, np.swapaxes(Vt[alike, rank:], -1, -2) * scale[alike]
 
 
 @frozen

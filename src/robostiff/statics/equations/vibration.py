@@ -225,7 +225,7 @@ def vibrations(
     slow ones keep their digits beside the fast ones.
     """
     free, r = _motions_of_platform(known), problem.size
-    find = mass_rows_at_rest if state is problem.unloaded else partial(mass_rows, state=state)
+    find = _rows_at_rest if state is problem.unloaded else partial(mass_rows, state=state)
     of_legs, chains, of_twist = find(problem, masses)
     K, parts, on_platform, start = (
         free.T @ (known.K_total - known.K) @ free,
@@ -362,9 +362,4 @@ def mass_rows(
     )
 
 
-@kept
-def mass_rows_at_rest(
-    problem: EquilibriumProblem, masses: CarriedMasses
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same at the unloaded posture."""
-    return mass_rows(problem, masses, problem.unloaded)
+_rows_at_rest = kept(lambda problem, masses: mass_rows(problem, masses, problem.unloaded))
