@@ -44,10 +44,6 @@ class TensionProblem:
             return self.least
         return self.least + self.level * (self.greatest - self.least)
 
-    def part(self, poses: slice) -> TensionProblem:
-        """The problem at some of the poses."""
-        return replace(self, W=self.W[poses], F=self.F[poses])
-
     def missing(self, tensions: np.ndarray) -> np.ndarray:
         """Wrench (N, n) that the tensions do not balance, A^T t + F."""
         return (self.W @ tensions[..., None])[..., 0] + self.F
@@ -130,11 +126,10 @@ def nearest_tensions(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, n
     >>> nearest_tensions(problem)
     (array([[ 5., 15.]]), array([ True]), array([False]))
     """
-    parts = [
-        _nearest(problem.part(slice(start, start + _CHUNK)))
-        for start in range(0, max(len(problem.F), 1), _CHUNK)
-    ]
-    tensions, solved, impossible = (np.concatenate(part) for part in zip(*parts, strict=True))
+    starts = range(0, max(len(problem.F), 1), _CHUNK)
+    chunks = (slice(start, start + _CHUNK) for start in starts)
+    parts = [_nearest(replace(problem, W=problem.W[at], F=problem.F[at])) for at in chunks]
+    tensions, solved, impossible = map(np.concatenate, zip(*parts, strict=True))
     return tensions, solved, impossible
 
 
