@@ -167,7 +167,8 @@ class _Laws:
             frozen = rs.equilibrium(self.found.snapshot, None, self.wrench, **self.more)
             # A snapshot does not have limits of joints.
             passed = self.found.status & rs.Status.BEYOND_LIMITS
-            self._same("snapshot", replace(frozen, status=frozen.status | passed))
+            codes = frozen.status_codes | np.uint16(passed)
+            self._same("snapshot", replace(frozen, status_codes=codes))
 
     def about_another_point(self, v: np.ndarray) -> None:
         """The same wrench at another point of the platform, v from it: K follows."""
