@@ -11,11 +11,10 @@ from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.frames import ChainWalk, Way
 from robostiff.kinematics.posture import Posture
-from robostiff.kinematics.posture_finder import find_posture
+from robostiff.kinematics.posture_finder import find_posture, posture_finder
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import BodyPoint, Chain, PlacedBodySpring, PlacedLeg, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
-from robostiff.spatial import Frame
 
 
 def with_masses(posture: Posture) -> Snapshot:
@@ -29,21 +28,25 @@ def with_masses(posture: Posture) -> Snapshot:
     >>> [(mass.name, round(float(mass.value), 2)) for mass in arm.masses][:2]
     [('column', 39.9), ('upper arm', 9.07)]
     """
-    robot = posture.robot.in_floats
-    legs = tuple(
-        placed_with_masses(leg.name, leg.chain, q, leg.base)
-        for leg, q in zip(robot.legs, posture.coordinates, strict=True)
-    )
+    robot, N = posture.robot.in_floats, len(posture.pose)
+    legs = list(posture.snapshot.legs)
+    for places, group in posture_finder(robot).legs_alike:
+        q = np.concatenate([posture.coordinates[i] for i in places])
+        rows = placed_with_masses(group.leg.name, group.chain, q, *group.bases(N))
+        for i, leg in zip(places, group.one_by_one(rows, N), strict=True):
+            legs[i] = leg
     R, p = turn_by_vector(posture.pose[:, 3:]), posture.pose[:, :3]
     on_platform = tuple(
         own for mass in robot.platform_masses for own in mass.placed(mass.name, R, p)
     )
-    return replace(posture.snapshot, legs=legs, masses=on_platform, gravity=robot.gravity)
+    return replace(posture.snapshot, legs=tuple(legs), masses=on_platform, gravity=robot.gravity)
 
 
-def placed_with_masses(name: str, chain: Chain, q: np.ndarray, base: Frame) -> PlacedLeg:
-    """A chain of coordinates q (..., size) in the world, its masses in place."""
-    walk = ChainWalk(base.R, base.p, Way.of(chain, q, weighs=True))
+def placed_with_masses(
+    name: str, chain: Chain, q: np.ndarray, R: np.ndarray, p: np.ndarray
+) -> PlacedLeg:
+    """A chain of coordinates q (..., size) in the world, its masses in place; it begins at R, p."""
+    walk = ChainWalk(R, p, Way.of(chain, q, weighs=True))
     walk.along(chain)
     return walk.leg(name)
 
@@ -75,22 +78,14 @@ def with_body_springs(posture: Posture) -> Snapshot:
     home = bodies_of(find_posture(posture.robot, None))
     placed = []
     for spring in springs:
-        ends = [_placed(here, end, spring.name) for end in spring.between]
+        (a, p), (b, q) = (_placed(here, end, spring.name) for end in spring.between)
         if spring.preload is None:
-            length, tension = spring.free_length, 0.0
+            length, tension = float(spring.free_length), 0.0
         else:
-            a, b = (_placed(home, end, spring.name)[1].reshape(-1, 3)[0] for end in spring.between)
-            length, tension = float(np.linalg.norm(b - a)), spring.preload
-        placed.append(
-            PlacedBodySpring(
-                spring.name,
-                (ends[0][0], ends[1][0]),
-                (ends[0][1], ends[1][1]),
-                float(spring.stiffness),
-                float(length),
-                float(tension),
-            )
-        )
+            ends = (_placed(home, end, spring.name)[1].reshape(-1, 3)[0] for end in spring.between)
+            length, tension = float(np.linalg.norm(np.subtract(*ends))), float(spring.preload)
+        stiffness = float(spring.stiffness)
+        placed.append(PlacedBodySpring(spring.name, (a, b), (p, q), stiffness, length, tension))
     return replace(posture.snapshot, springs=tuple(placed))
 
 

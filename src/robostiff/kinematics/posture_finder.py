@@ -241,7 +241,7 @@ class PostureFinder:
             return q, np.zeros(len(pose), dtype=bool), None
         q, elsewhere = [np.zeros((0, 0))] * len(self.solvers), np.zeros(len(pose), dtype=bool)
         chains = []
-        for places, legs in self._alike:
+        for places, legs in self.legs_alike:
             each, away, chain = legs.solve(pose, R, from_afar=from_afar)
             for place, own in zip(places, each, strict=True):
                 q[place] = own
@@ -280,7 +280,8 @@ class PostureFinder:
         return (f"the robot has the free coordinates {names}: give these, the others follow",)
 
     @cached_property
-    def _alike(self) -> list[tuple[tuple[int, ...], LegSolver]]:
+    def legs_alike(self) -> list[tuple[tuple[int, ...], LegSolver]]:
+        """Numbers of legs that are closed together, and their solver, group by group."""
         return legs_alike(self.solvers)
 
     @cached_property
@@ -321,8 +322,8 @@ class PostureFinder:
         robot, p = self.robot, poses_side_by_side(pose[:, :3], 1)
         legs, nowhere = {}, np.zeros(len(pose), dtype=bool)
         gaps = np.empty((2, len(robot.legs), len(pose)))
-        chains = chains or [None] * len(self._alike)
-        for (places, group), chain in zip(self._alike, chains, strict=True):
+        chains = chains or [None] * len(self.legs_alike)
+        for (places, group), chain in zip(self.legs_alike, chains, strict=True):
             placed, *missed = group.placed([q[i] for i in places], R, p, chain)
             legs |= dict(zip(places, placed, strict=True))
             gaps[:, list(places)] = missed

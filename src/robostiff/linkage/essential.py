@@ -247,7 +247,7 @@ def network_of(part: Linkage, found: Configuration) -> Network:
         nodes.append(Node(body, frame.p, tuple(chain.from_iterable(at_node))))
     for c in part.connections:
         base = found.frames[c.a] @ c.before
-        leg = placed_with_masses(c.name, c.chain, found.coordinates[c.name], base)
+        leg = placed_with_masses(c.name, c.chain, found.coordinates[c.name], base.R, base.p)
         if isinstance(c.element, Link):
             (spring,) = leg.springs
             masses = tuple(replace(mass, after=0) for mass in leg.masses)

@@ -385,21 +385,22 @@ class LegSolver:
         placed, found = self._placed(rows, R, p, placed)
         missed = zip(*(gap.missed for gap in found), strict=True)
         shift, turn = (x[0] if len(x) == 1 else np.max(x, axis=0) for x in missed)
-        whole = PlacedLeg(self.leg.name, placed.elements, placed.p)
-        legs = [whole]
-        if number > 1:
-            legs = [
-                replace(whole.at(slice(i * count, (i + 1) * count)), name=leg.name)
-                for i, leg in enumerate(self.legs)
-            ]
+        legs = self.one_by_one(PlacedLeg(self.leg.name, placed.elements, placed.p), count)
         return legs, shift.reshape(number, count), turn.reshape(number, count)
+
+    def one_by_one(self, rows: PlacedLeg, count: int) -> list[PlacedLeg]:
+        """The legs at so many poses each, from the first of them at the rows of all."""
+        if len(self.legs) == 1:
+            return [rows]
+        each = [rows.at(slice(i * count, (i + 1) * count)) for i in range(len(self.legs))]
+        return [replace(own, name=leg.name) for own, leg in zip(each, self.legs, strict=True)]
 
     def _placed(
         self, q: np.ndarray, R: np.ndarray, p: np.ndarray, placed: PlacedChain | None = None
     ) -> tuple[PlacedChain, list[Loop]]:
         """The chain at coordinates of rows, with the platform at poses, and its gaps."""
         if placed is None:
-            placed = place_chain(self.chain, q, *self._bases(len(p)))
+            placed = place_chain(self.chain, q, *self.bases(len(p)))
         return placed, placed.gaps(*self._ends(R, p))
 
     def _in_form(self, form: ClosedForm, R: np.ndarray, p: np.ndarray) -> np.ndarray:
@@ -411,7 +412,7 @@ class LegSolver:
     def _inside(self, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Frames of rows at which the legs end, seen from those in which they begin."""
         R_end, p_end = self._ends(R, p)
-        R_base, p_base = self._bases(len(p))
+        R_base, p_base = self.bases(len(p))
         back = transposed(R_base)
         return product(back, R_end), np.einsum("...ij,...j->...i", back, p_end - p_base)
 
@@ -423,7 +424,7 @@ class LegSolver:
         at = p + np.einsum("nij,lj->lni", R, p_own)
         return _rows(product(R, R_own[:, None]), 2), _rows(at, 1)
 
-    def _bases(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+    def bases(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Frames of rows in which the legs begin, for so many poses; one frame of one leg."""
         if len(self.legs) == 1:
             return self.leg.base.R, self.leg.base.p
