@@ -273,3 +273,13 @@ def test_modes_of_many_poses_are_those_of_each():
         rs.modes(robot, poses, mass, wrench=F[:2])
     with pytest.raises(rs.InputError, match="poses along one axis"):
         rs.modes(robot, [poses], mass)
+
+
+def test_a_mass_on_one_leg_is_the_same_on_each_leg_alike():
+    robot, F = rs.load("gough-stewart-b"), np.full(6, 20.0)
+    each = [rs.modes(robot, None, {f"leg{i}/platform joint": 2.0}).frequencies for i in (1, 3, 5)]
+    np.testing.assert_allclose(each, np.tile(each[0], (3, 1)), rtol=1e-9)
+    # in the joint that turns it a mass is at rest, but for rounding
+    for i in (1, 3, 5):
+        with pytest.raises(rs.InputError, match="masses of bodies"):
+            rs.modes(robot, None, {f"leg{i}/base joint": 2.0}, wrench=F)

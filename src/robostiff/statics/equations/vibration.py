@@ -26,6 +26,8 @@ _GAUSS = np.polynomial.legendre.leggauss(4)
 _MASSLESS = 1e-9
 # Of the largest stiffness, or square of a frequency: nothing resists.
 _LOOSE = 1e-10
+# Of the length of the robot: the arm of a mass in the joint that turns it.
+_ROUNDING = 1e-14
 # Of the largest root of a stiffness of the platform: it has none beside those of rigid parts.
 _RIGID = 1e-12
 # Of a frequency: another is the same; and of what the platform moves: not at all.
@@ -335,7 +337,9 @@ def mass_rows(
         R, t = legs.places_of(state.legs, spots)
         at = np.einsum("nij,nj->ni", R, [carried.mass.centre for carried in points]) + t
         roots = np.sqrt(np.array([carried.mass.value for carried in points], dtype=float))
-        moved = roots[:, None, None] * legs.twists(state.legs, spots, at)[0][:, :3]
+        moved = legs.twists(state.legs, spots, at)[0][:, :3]
+        moved[np.abs(moved) < _ROUNDING * problem.length * problem.units] = 0.0
+        moved *= roots[:, None, None]
         of_chains += zip([spot.chain for spot in spots], moved, strict=True)
     along = [carried for carried in masses.on_legs if carried.is_along_part]
     if along:
