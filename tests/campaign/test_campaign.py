@@ -68,6 +68,7 @@ def test_linkages_that_one_search_from_home_closes_in_another_assembly_mode(numb
     ("kind", "numbers"),
     [
         ("robots", range(2)),
+        pytest.param("robots", range(2, 24), marks=pytest.mark.slow),
         ("networks", range(2)),
         ("loads on beams", range(8)),
         ("cables", range(12, 16)),
