@@ -205,36 +205,6 @@ def test_joints_of_an_arm_from_a_file(tmp_path):
     np.testing.assert_array_equal(again.poses.values, program.poses.values)
 
 
-BAD = {
-    "no unit": ("x,Fz [N]\n1,2\n", r":1:1: unit of x: got 'none'"),
-    "a strange unit": ("x [kg],Fz [N]\n1,2\n", r"unit of x"),
-    "not a number": ("x [mm],Fz [N]\n1,a\n", r":2:3: Fz: value: got 'a'"),
-    "nan": ("x [mm],Fz [N]\nnan,1\n", r":2:1: x: value: got 'nan'"),
-    "fields": ("x [mm],Fz [N]\n1,2,3\n", r"got '3 fields', expected 2"),
-    "twice": ("x [mm],x [mm]\n1,2\n", r"each name once"),
-    "a slip": ("x [mm],Fz [N],MY [N m]\n1,2,3\n", r":1:15: column: got 'MY'.*did you mean My\?"),
-    "nothing": ("a,b\n1,2\n", r"some of x, y, z"),
-    "no point": ("x [mm],Fz [N]\n", r"a line of names, then a line a point"),
-}
-
-
-@pytest.mark.filterwarnings("ignore:.*is not read:robostiff.PlausibilityWarning")
-@pytest.mark.parametrize(("text", "message"), BAD.values(), ids=BAD.keys())
-def test_files_that_cannot_be_read(tmp_path, text, message):
-    file = tmp_path / "path.csv"
-    file.write_text(text)
-    with pytest.raises(rs.InputError, match=message):
-        rs.read_program(rs.load("hexapod"), file)
-
-
-def test_joints_that_have_no_column(tmp_path):
-    file = tmp_path / "path.csv"
-    file.write_text("joint1 [deg],joint2 [deg],Fz [N]\n20,40,-50\n")
-    message = r":1:1: joints of the arm: got no column of joint3, joint4, joint5, joint6, expected"
-    with pytest.raises(rs.FileError, match=message):
-        rs.read_program(rs.load("six-joint-arm"), file)
-
-
 def test_the_command(tmp_path):
     file, out, picture = (tmp_path / name for name in ("path.csv", "out.csv", "path.svg"))
     file.write_text("x [mm],z [mm],Fz [N]\n-20,900,-800\n0,900,-800\n20,900,-800\n")

@@ -111,17 +111,6 @@ def test_drives_alone_need_no_frames(nominal, truth, kind):
     assert_true(found, 1e-5)
 
 
-def test_a_drive_that_there_is_not(nominal):
-    measured = rs.Measurements(
-        rs.JointCoordinates(postures()[:1]), [[1.0, np.nan, np.nan]], kinds=rs.Reading.TORQUE,
-        drives="elbow", wrenches=LOADS[1],
-    )  # fmt: skip
-    with pytest.raises(
-        rs.InputError, match=r"drive of reading 1: got 'elbow', expected an elastic"
-    ):
-        rs.identify(nominal, measured, ASKED)
-
-
 def test_play_follows_the_torque(nominal, truth):
     """Each joint with play is turned by half of it, on the side to which it is strained."""
     robot, play = compliant(nominal, TRUE), 4e-4
@@ -283,8 +272,3 @@ def test_loading_and_unloading():
         kinds=rs.Reading.DISPLACEMENT,
     )  # fmt: skip
     np.testing.assert_allclose(measured.branches, [[0, 0, -3e-6]], atol=1e-18)
-
-
-def test_several_units_need_standard_deviations():
-    with pytest.raises(rs.InputError, match="readings of several units"):
-        rs.Measurements([[0, 0, 0.9, 0, 0, 0]], [[0] * 6], kinds=rs.Reading.POSE, sigma=1e-6)

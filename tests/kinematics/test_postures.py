@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from robostiff import InputError, JointCoordinates
+from robostiff import JointCoordinates
 from robostiff.errors import PlausibilityWarning
 from robostiff.kinematics import PostureFinder, find_posture, place_chain
 from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
-from robostiff.model import Coordinate, PlacedFreedom
+from robostiff.model import PlacedFreedom
 from robostiff.robots import load
 from robostiff.spatial.rotation import vector_of_rotation
 from tests.generators.legs import has_skewed_axes, platform_at, random_leg, six
@@ -147,29 +147,6 @@ def test_planar_robot():
         f"leg {name!r}" in s and millimetres in s
         for name, s in zip(("left", "right"), out.complaints, strict=True)
     ] == [True, True]
-
-
-@pytest.mark.parametrize(
-    ("pose", "message"),
-    [
-        ([0, 0, 0.5], "6 numbers"),
-        (0.3, "6 numbers"),
-        ([0, 0, np.nan, 0, 0, 0], "finite"),
-        (np.zeros((2, 0)), "6 numbers"),
-        (JointCoordinates([0.0]), "joint coordinates pose serial arms only"),
-    ],
-)
-def test_poses_that_do_not_fit(pose, message: str):
-    with pytest.raises(InputError, match=message):
-        find_posture(case_b(), pose)
-
-
-def test_poses_that_do_not_fit_a_robot_of_few_freedoms():
-    with pytest.raises(InputError, match=r"3 numbers \(z rx ry\) or 6 numbers"):
-        find_posture(tripod(), [0.5, 0.1])
-    with pytest.raises(InputError, match="6 finite numbers"):
-        find_posture(elbow_arm(), JointCoordinates([0.1, 0.2]))
-    assert tripod().coordinates == (Coordinate.Z, Coordinate.RX, Coordinate.RY)
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-9, 1e-4, 0.5, 3.0])

@@ -6,7 +6,6 @@ import pytest
 from robostiff.analysis import stiffness
 from robostiff.analysis.verification import matrix_distance
 from robostiff.elasticity import Elasticity
-from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, Pose, PostureFinder
 from robostiff.model import PlacedLeg, PlacedSpring, Robot, Snapshot
 from robostiff.network import energy_stiffness, network_of_snapshot
@@ -69,11 +68,3 @@ def test_a_spring_with_free_and_rigid_directions():
     assert int(result.rank) == int(expected.rank) == 5
     assert matrix_distance(result.K, expected.K, 0.5) < 1e-12
     assert matrix_distance(energy_stiffness(network), expected.K, 0.5) < 1e-10
-
-
-def test_several_poses_are_refused():
-    robot = load("hexapod")
-    assert isinstance(robot, Robot)
-    snapshot = PostureFinder(robot).find(random_poses("hexapod", PostureFinder(robot), 2)).snapshot
-    with pytest.raises(InputError, match="one pose"):
-        network_of_snapshot(snapshot)

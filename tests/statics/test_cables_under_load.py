@@ -218,21 +218,6 @@ def test_batches_say_where_there_are_no_tensions():
     assert rs.modes(robot, poses[1], masses={"platform": 1}).status == rs.Status.INFEASIBLE
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"preload": {"cable1": 3}}, "preload"),
-        ({"gravity": "-z"}, "gravity"),
-        ({"loads": {"cable1": [0, 0, 1]}}, "platform"),
-        ({"laws": {"cable1": rs.ForceLaw([[0, 0], [1, 1]])}}, "laws"),
-        ({"near": [1, 2]}, "near"),
-    ],
-)
-def test_what_cables_do_not_have_is_refused(given: dict[str, Any], words: str):
-    with pytest.raises(rs.InputError, match=words):
-        rs.equilibrium(cable_robot("cable-8"), **given)
-
-
 def test_a_load_that_is_not_carried_is_refused_in_few_solves(monkeypatch: pytest.MonkeyPatch):
     """By its path alone; the cable that becomes slack before is met on it."""
     robot, solves = cable_robot("cable-8-suspended"), 0

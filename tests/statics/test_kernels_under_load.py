@@ -248,21 +248,6 @@ def test_a_kernel_travels():
     assert np.array_equal(other.evaluate(pose, wrench).K, fast.evaluate(pose, wrench).K)
 
 
-def test_what_has_no_kernel_is_refused_with_the_way_to_go():
-    with pytest.raises(rs.NoAnswerError, match=r"free motions.*rs\.equilibrium"):
-        rs.compile_loaded(rs.load("planar-link"))
-    with pytest.raises(rs.InputError, match="a Robot"):
-        rs.compile_loaded("hexapod")  # type: ignore[arg-type]
-    with pytest.raises(rs.InputError, match="arm/nothing"):
-        rs.compile_loaded(rs.load("six-joint-arm"), loads={"arm/nothing": [0, 0, -1]})
-    with pytest.raises(rs.InputError, match="a robot without masses"):
-        rs.compile_loaded(rs.load("gough-stewart-b"), gravity="-z")
-    with pytest.raises(rs.InputError, match="6 numbers"):
-        compiled("gough-stewart-b").evaluate(np.zeros((1, 6)), [0, 0, -1])
-    with pytest.raises(rs.InputError, match=r"wrenches \(2,\)"):
-        compiled("gough-stewart-b").evaluate(np.zeros((3, 6)), np.zeros((2, 6)))
-
-
 @pytest.mark.parametrize(
     ("name", "body"),
     [("hexapod", "leg1/strut"), ("six-joint-arm", "arm/joint3"), ("six-joint-arm", "arm/forearm")],

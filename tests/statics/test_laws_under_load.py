@@ -86,19 +86,3 @@ def test_frame_and_unit_do_not_matter(unit: float):
     K = np.outer(scale, scale) * (B @ one.K @ B.T) / unit
     assert distance(two.K, K, unit) < 1e-9
     assert np.isclose(two.margin, one.margin, rtol=1e-7)
-
-
-def test_misuse():
-    robot = rs.load("hexapod")
-    with pytest.raises(rs.InputError, match="one of them"):
-        rs.equilibrium(robot, wrench=np.zeros(6), displacement=np.zeros(6))
-    with pytest.raises(rs.InputError, match="such as 'leg1/strut"):
-        rs.equilibrium(robot, loads={"leg1/strutt": [0, 0, -1]})
-    with pytest.raises(rs.InputError, match="6 numbers"):
-        rs.equilibrium(robot, wrench=[1, 2, 3])
-    with pytest.raises(rs.InputError, match="a load that grows"):
-        rs.critical_load(robot, wrench=np.zeros(6))
-    with pytest.raises(rs.InputError, match="one joint that moves"):
-        rs.equilibrium(rs.load("gough-stewart-b-beams"), preload={"leg1/tube": 5.0})
-    with pytest.raises(rs.InputError, match="1 to 64"):
-        rs.Bowing(0)

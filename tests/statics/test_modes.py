@@ -163,28 +163,6 @@ def test_double_cross_of_nafems():
     assert np.allclose(found, published, rtol=6e-3)
 
 
-def test_misuse():
-    robot = rs.load("hexapod")
-    with pytest.raises(rs.InputError, match="expected masses of bodies"):
-        rs.modes(rs.load("gough-stewart-b"))
-    weightless = rs.beam_link([0.5, 0, 0], rs.material("steel"), circle(0.02), mass=0.0)
-    with pytest.raises(rs.InputError, match="expected masses of bodies"):
-        rs.modes(model_arm(weightless))
-    with pytest.raises(rs.InputError, match="masses of modes: got 10, expected masses by"):
-        rs.modes(robot, masses=10)  # pyright: ignore[reportArgumentType, reportCallIssue]
-    with pytest.raises(rs.InputError, match="more than zero"):
-        rs.modes(robot, masses={"platform": -1.0})
-    with pytest.raises(rs.InputError, match=r"masses: got 'leg1/strutt', .* such as 'leg1/strut"):
-        rs.modes(robot, masses={"leg1/strutt": 1.0})
-    with pytest.raises(rs.InputError, match="the other two together"):
-        rs.modes(robot, masses={"platform": rs.Mass(1.0, inertia=[1, 1, 3])})
-    with pytest.raises(rs.InputError, match="symmetric"):
-        rs.modes(robot, masses={"platform": rs.Mass(1.0, inertia=[1, 1])})
-    nowhere = rs.modes(rs.load("hexa"), [0, 0, -9, 0, 0, 0], {"platform": 1.0})
-    with pytest.raises(rs.NoAnswerError, match="unreachable"):
-        _ = nowhere.frequencies
-
-
 def model_arm(*elements: object, **options: object) -> rs.Robot:
     frame = Frame(np.eye(3), np.zeros(3))
     leg = rs.Leg("arm", frame, rs.Chain(tuple(elements)), frame)  # type: ignore[arg-type]

@@ -92,9 +92,3 @@ def test_places_beside_singular_postures_are_computed_again(tmp_path):
     )
     assert answer.guarded.all()
     np.testing.assert_allclose(answer.platforms.points[0], np.asarray(sure.pose)[:3], atol=1e-9)
-
-
-def test_hooks_need_a_kernel_with_platforms():
-    fast = rs.compile_loaded(rs.load("gough-stewart-b"), backend=rs.Backend.ARRAYS)
-    with pytest.raises(rs.InputError, match="platforms=True"):
-        fast.evaluate([[0, 0, 0.5, 0, 0, 0]], [0, 0, -1, 0, 0, 0], hooks=np.zeros((3, 3)))

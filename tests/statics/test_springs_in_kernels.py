@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sympy as sp
 
 import robostiff as rs
 from robostiff.kinematics import posture_finder
@@ -91,10 +90,3 @@ def test_margins_are_those_beside_springs_without_tension():
     guarded = fast.evaluate(np.tile(home, (9, 1)), wrenches).guarded
     assert np.array_equal(guarded, margins < 0.3)
     assert np.count_nonzero(guarded) == 5
-
-
-def test_springs_with_symbols_are_refused():
-    robot = rs.load("gough-stewart-b", symbols=("k",))
-    open_ = spring(on("base"), on("platform"), stiffness=sp.Symbol("k"), free_length=0.1)
-    with pytest.raises(rs.InputError, match="with symbols"):
-        rs.compile_loaded(replace(robot, springs=(open_,)), parameters=("k",))
