@@ -16,8 +16,7 @@ from robostiff.model import Coupling, Locked, Robot
 from tests.campaign.minima import least
 from tests.cases.metric import distance
 from tests.robots.test_coupled_joints import CASES, arm, tripod
-from tests.statics.robots_under_load import bodies_of, same_as_each
-from tests.statics.test_springs_in_kernels import on, spring
+from tests.statics.robots_under_load import bodies_of, on, same_as_each, spring
 
 COUNT = 5
 FORCE = np.array([12.0, -8, 6, 2, 1.5, -3])

@@ -8,8 +8,7 @@ import pytest
 import robostiff as rs
 from robostiff.model import PlacedBodySpring, PlacedLeg
 from robostiff.spatial import Space
-from tests.statics.robots_under_load import joint, loaded
-from tests.statics.test_springs_in_kernels import ROBOTS
+from tests.statics.robots_under_load import SPRINGS, joint, loaded
 from tests.statics.test_weights import arm, rod
 
 
@@ -74,7 +73,7 @@ def test_springs_between_bodies_are_the_limit_of_an_equilibrium(name: str, body:
     """Between base, bodies and platform, without tension where the robot is."""
     springs = tuple(
         rs.BodySpring(f"s{i}", own.between, stiffness=2e4, preload=0.0)
-        for i, own in enumerate(ROBOTS[name])
+        for i, own in enumerate(SPRINGS[name])
     )
     robot, small = rs.load(name).with_springs(springs), 1e-6
     F, load = np.array([20.0, -15, -40, 3, -4, 2]), np.array([3, 0, -20.0])
