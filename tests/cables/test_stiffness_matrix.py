@@ -1,4 +1,4 @@
-"""Stiffness of tensioned cables is the second derivative of their energy."""
+"""Stiffness of tensioned cables is the rate of their wrench; that of their energy is in robots."""
 
 from dataclasses import replace
 
@@ -16,7 +16,6 @@ from robostiff.cables import (
 )
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import matrix_of_rotation
-from tests.cables.exact_energy import hessian
 from tests.cables.machines import pulled, random_placed
 
 
@@ -33,14 +32,6 @@ def moved(placed: PlacedCables, x: np.ndarray) -> PlacedCables:
     p, R = placed.reference_point + x[:3], matrix_of_rotation(x[3:])
     attachments, weight = p + placed.arms @ R.T, p + R @ placed.weight_arm
     return replace(placed, attachments=attachments, reference_point=p, weight_point=weight)
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_matrix_is_the_second_derivative_of_the_energy(seed):
-    placed, axial, tensions = random_placed(seed, cables=4)
-    exact = hessian(placed, axial, tensions)
-    K = whole(placed, axial, tensions)
-    np.testing.assert_allclose(K, exact, rtol=1e-12, atol=1e-12 * np.abs(exact).max())
 
 
 @pytest.mark.parametrize("seed", range(5))
