@@ -72,7 +72,7 @@ def test_points_without_an_answer_have_a_status_and_the_others_their_commands():
 
 def test_an_arm_has_no_command_for_what_is_too_far(arm):
     path = np.array([[0.5, 0.1, 0.6, 0.3, 0, 0], [1.9, 0.1, 0.6, 0.3, 0, 0]])
-    found = rs.compensate(arm, path, [0, 0, -100, 0, 0, 0])
+    found = rs.compensate(arm, path, [0, 0, -100, 0, 0, 0], gravity="-z")
     assert found.status_codes.tolist() == [0, int(rs.Status.UNREACHABLE)]
     lacking = found.commanded, found.drives, found.deviation, found.residual
     assert all(np.isnan(each[1]).all() for each in lacking)
