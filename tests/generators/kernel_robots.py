@@ -34,6 +34,7 @@ from robostiff.model import (
 from robostiff.robots import load, shipped_robots
 from robostiff.spatial import Frame, Space
 from tests.generators.elements import BAR, ROD, STEEL, shift_by
+from tests.generators.legs import platform_at, random_leg
 from tests.generators.machines import (
     DRIVE,
     FREE,
@@ -173,6 +174,17 @@ def skewed_hexapod() -> Robot:
     return replace(robot, name="skewed", legs=tuple(legs))
 
 
+def of_random_legs(kind: str) -> Robot:
+    """A hexapod on six legs of a kind, each at random, and at home where all of them are."""
+    legs = []
+    for seed in range(6):
+        case = random_leg(kind, seed)
+        here = platform_at(case.leg, case.leg.chain.home)
+        home = Frame(here.rotation.as_matrix(), here.translation)
+        legs.append(replace(case.leg, name=f"leg{seed}", base=home.inverse @ case.leg.base))
+    return Robot(kind, tuple(legs), home=Frame.identity())
+
+
 def _planar(name: str, legs: list[Leg], home: Frame) -> Robot:
     return Robot(name, tuple(legs), home=home, coordinates=IN_PLANE, space=Space.PLANAR)
 
@@ -270,14 +282,20 @@ HAND_MADE: dict[str, Callable[[], Robot]] = {
 }
 
 
+#: Legs that no other robot has.
+KINDS_OF_LEGS = ("UCU", "SPU", "RSU")
+
+
 def robot_called(name: str) -> Robot:
-    """A hand-made or a shipped robot."""
+    """A hand-made robot, one of random legs, or a shipped one."""
     if name in HAND_MADE:
         return HAND_MADE[name]()
+    if name in KINDS_OF_LEGS:
+        return of_random_legs(name)
     robot = load(name)
     if not isinstance(robot, Robot):
         raise TypeError(name)
     return robot
 
 
-ALL_ROBOTS = (*HAND_MADE, *shipped_robots())
+ALL_ROBOTS = (*HAND_MADE, *KINDS_OF_LEGS, *shipped_robots())
