@@ -7,7 +7,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.cables import structure_matrix
-from robostiff.spatial import Space
+from robostiff.spatial import Space, skew
 from tests.cables.machines import cable_robot, random_robot
 from tests.campaign.bodies import minimum
 from tests.campaign.loaded_cables import suspended
@@ -72,6 +72,27 @@ def test_another_point_is_the_matrix_of_a_robot_with_that_reference_point():
     moved = rs.cable_stiffness(robot, tensions=tensions, at=robot.home.p + offset)
     np.testing.assert_allclose(moved.K, other.K, rtol=1e-12, atol=1e-9)
     np.testing.assert_allclose(moved.missing_wrench, other.missing_wrench, atol=1e-9)
+
+
+def test_a_small_load_moves_a_platform_that_others_hold_as_its_stiffness_says():
+    """Given tensions that do not balance: a moment M that others hold adds -skew(M) / 2 to K."""
+    robot, rule = random_robot(2), rs.GivenTensions(np.full(8, 300.0))
+    found = rs.cable_stiffness(robot, tensions=rule)
+    K = found.K.copy()
+    K[3:, 3:] -= 0.5 * skew(found.missing_wrench[3:])
+    for F in 1e-2 * np.eye(6):
+        ends = [rs.cable_response(robot, wrench=s * F, tensions=rule).displacement for s in (1, -1)]
+        moved = 0.5 * (ends[0] - ends[1])
+        np.testing.assert_allclose(K @ moved, F, rtol=0, atol=1e-7)
+
+
+def test_the_matrix_of_a_plane_is_part_of_that_in_space():
+    robot = cable_robot("cable-4-planar")
+    plane = rs.cable_stiffness(robot)
+    tensions = rs.GivenTensions(plane.tensions)
+    space = rs.cable_stiffness(replace(robot, space=Space.SPATIAL), tensions=tensions)
+    rows = np.ix_([0, 1, 5], [0, 1, 5])
+    np.testing.assert_allclose(space.K[rows], plane.K, rtol=1e-12, atol=1e-9)
 
 
 def test_millimetres_decide_like_metres():

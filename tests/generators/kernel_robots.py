@@ -49,30 +49,8 @@ from tests.generators.machines import (
     turned,
 )
 
-BASE_ANGLES = (-10, 10, 110, 130, 230, 250)
-PLATFORM_ANGLES = (-50, 50, 70, 170, 190, 290)
 TRANSLATIONS = (Coordinate.X, Coordinate.Y, Coordinate.Z)
 IN_PLANE = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
-
-
-def rod_hexapod(kind: str, elbow: Elbow = Elbow.HOME) -> Robot:
-    """Six legs RUS with cranks, or PUS with vertical slides."""
-    legs = []
-    for i, (phi, psi) in enumerate(
-        zip(np.radians(BASE_ANGLES), np.radians(PLATFORM_ANGLES), strict=True)
-    ):
-        A = 0.5 * np.array([np.cos(phi), np.sin(phi), 0])
-        B = 0.25 * np.array([np.cos(psi), np.sin(psi), 0])
-        drive: list[Element] = (
-            [revolute(Y, Actuated(1e5), home=[0.2]), beam_link(0.2 * X, STEEL, BAR, y_axis=Y)]
-            if kind == "RUS"
-            else [prismatic(Z, DRIVE, home=[0.1])]
-        )
-        rod = beam_link([0, 0, 0.7], STEEL, ROD)
-        chain = Chain((*drive, universal(X, Y, FREE), rod, spherical(FREE)))
-        base = turned(np.array([0, 0, phi]), A)
-        legs.append(Leg(f"leg{i}", base, chain, shift_by(*B), elbow))
-    return Robot(kind, tuple(legs), home=shift_by(0, 0, 0.65))
 
 
 def sps_hexapod() -> Robot:
@@ -263,8 +241,6 @@ HAND_MADE: dict[str, Callable[[], Robot]] = {
     "SPS": sps_hexapod,
     "3-UPU": translational_upu,
     "6-UPU": lambda: translational_upu(6),
-    "RUS": lambda: rod_hexapod("RUS"),
-    "PUS": lambda: rod_hexapod("PUS", Elbow.MINUS),
     "RPS tripod": tripod,
     "PRS tripod": lambda: tripod("PRS"),
     "five-bar": lambda: replace(five_bar(), coordinates=IN_PLANE),
