@@ -14,7 +14,7 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.network import JointElement, Network, Node, beam_between
 from robostiff.spatial import Frame, Space
-from tests.statics.robots_under_load import beam, column, joint
+from tests.statics.robots_under_load import column, joint
 
 TURN = 2 * np.pi
 ONE = rs.Bowing(elements=1)
@@ -56,16 +56,6 @@ def test_soft_drives_keep_their_frequencies_beside_a_spring_that_is_almost_rigid
     C = J @ np.diag([1 / 500, 1 / 200]) @ J.T
     exact = 1 / np.sqrt(eigh(C, np.diag(1 / np.array([8, 8, 0.1])), eigvals_only=True)[:0:-1])
     assert np.allclose(found.frequencies[:2], exact / TURN, rtol=1e-7)
-
-
-def cantilever(n: int, L: float, EI: float) -> Snapshot:
-    ends = np.linspace(0, L, n + 1)
-    beams = tuple(
-        beam(f"b{i + 1}", [a, 0, 0], [b, 0, 0], 1e8, EI, EI)
-        for i, (a, b) in enumerate(itertools.pairwise(ends))
-    )
-    tip = np.array([L, 0, 0])
-    return Snapshot("cantilever", (PlacedLeg("leg", beams, tip),), tip)
 
 
 def exact_frequencies(
