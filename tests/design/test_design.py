@@ -165,7 +165,10 @@ def test_a_range_without_the_nominal_value_and_without_an_answer_is_said(platfor
         rs.optimise(platform, rs.WorstDeflection(), ranges, poses=POSES, start={"R": 600.0})
 
 
-WIDE = [("gough-stewart-b", "R", (-0.5, 900.0)), ("six-joint-arm", "height", (-0.45, 1.0))]
+WIDE = [
+    ("gough-stewart-b", "R", (-0.5, 900.0)),
+    pytest.param("six-joint-arm", "height", (-0.45, 1.0), marks=pytest.mark.slow),
+]
 
 
 @pytest.mark.parametrize(("name", "variable", "ends"), WIDE)
