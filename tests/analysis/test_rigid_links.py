@@ -9,19 +9,9 @@ import pytest
 import robostiff as rs
 from robostiff.elastostatics import Status
 from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from tests.generators.chains import on_rigid_links
 
 HERE = Path(__file__).parent
-
-
-def with_rigid_links(leg: PlacedLeg) -> PlacedLeg:
-    elements = []
-    for element in leg.elements:
-        if isinstance(element, PlacedBlock):
-            branches = tuple(with_rigid_links(branch) for branch in element.branches)
-            elements.append(PlacedBlock(element.name, branches))
-        elif not isinstance(element, PlacedSpring):
-            elements.append(element)
-    return replace(leg, elements=tuple(elements))
 
 
 def posed(name: str, move: tuple[float, float, float]) -> Snapshot:
@@ -30,7 +20,7 @@ def posed(name: str, move: tuple[float, float, float]) -> Snapshot:
     coordinates = home[list(robot.coordinate_places)].copy()
     coordinates[:3] += move
     snapshot = rs.find_posture(robot, coordinates).snapshot.one(0)
-    return replace(snapshot, legs=tuple(with_rigid_links(leg) for leg in snapshot.legs))
+    return replace(snapshot, legs=tuple(map(on_rigid_links, snapshot.legs)))
 
 
 def rod_of(leg: PlacedLeg) -> np.ndarray:
