@@ -82,7 +82,7 @@ def test_a_small_load_moves_a_platform_that_others_hold_as_its_stiffness_says():
     K[3:, 3:] -= 0.5 * skew(found.missing_wrench[3:])
     for F in 1e-2 * np.eye(6):
         ends = [rs.cable_response(robot, wrench=s * F, tensions=rule).displacement for s in (1, -1)]
-        moved = 0.5 * (ends[0] - ends[1])
+        moved = 0.5 * np.subtract(*ends)
         np.testing.assert_allclose(K @ moved, F, rtol=0, atol=1e-7)
 
 

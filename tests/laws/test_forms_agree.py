@@ -3,6 +3,8 @@
 That K is right, of one rank, and the same in other units and frames is in tests/campaign.
 """
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -104,8 +106,8 @@ def test_order_groups_and_sizes_of_columns_and_the_length_do_not_matter(
     if isinstance(form, rs.SaddlePoint) and np.any(result.redundant):
         return  # it does not hold
     other = J_q[:, order] * (10.0**factor) * np.where(np.arange(n) % 2, 1.0, -1.0)
-    length = float(result.length) * 10**exponent
-    for given_columns, more in ((J_q[:, order], {}), (other, {}), (J_q, {"length": length})):
+    length: dict[str, Any] = {"length": float(result.length) * 10**exponent}
+    for given_columns, more in ((J_q[:, order], {}), (other, {}), (J_q, length)):
         found = rs.chain_stiffness(C, given_columns, form=form, **more)
         assert int(found.rank) == int(result.rank)
         assert np.count_nonzero(found.redundant) == np.count_nonzero(result.redundant)
