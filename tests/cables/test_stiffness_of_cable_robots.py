@@ -1,6 +1,7 @@
 """Stiffness of whole cable robots: laws, and ties to what is known otherwise."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -81,7 +82,9 @@ def test_a_small_load_moves_a_platform_that_others_hold_as_its_stiffness_says():
     K = found.K.copy()
     K[3:, 3:] -= 0.5 * skew(found.missing_wrench[3:])
     for F in 1e-2 * np.eye(6):
-        ends = [rs.cable_response(robot, wrench=s * F, tensions=rule).displacement for s in (1, -1)]
+        ends: list[Any] = [
+            rs.cable_response(robot, wrench=s * F, tensions=rule).displacement for s in (1, -1)
+        ]
         moved = 0.5 * np.subtract(*ends)
         np.testing.assert_allclose(K @ moved, F, rtol=0, atol=1e-7)
 
