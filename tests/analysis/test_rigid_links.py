@@ -121,20 +121,3 @@ def test_lever_arms_that_are_rounding_decide_nothing(by):
     result = rs.stiffness(snapshot)
     expected = Status.REDUNDANT_JOINTS | Status.RIGID_DIRECTION | Status.FREE_MOTIONS
     assert (result.status, int(result.rank)) == (expected, 5)
-
-
-@pytest.mark.parametrize("name", ["delta", "3-puu"])
-def test_the_network_of_rigid_links_has_the_same_compliance(name):
-    from robostiff.network import compliance_between, network_of_snapshot
-
-    snapshot = posed(name, (0.03, -0.02, 0.04))
-    network = network_of_snapshot(snapshot)
-    C = rs.compliance(snapshot)
-    size = np.abs(C).max()
-    assert np.abs(rs.compliance(network) - C).max() < 1e-12 * size
-    F = np.array([10.0, -20.0, 30.0, 1.0, 2.0, -3.0])
-    bent, expected = rs.deflection(network, wrench=F), rs.deflection(snapshot, wrench=F)
-    assert np.abs(bent.twist - expected.twist).max() < 1e-12 * np.abs(expected.twist).max()
-    assert bent.energy == pytest.approx(sum(part.energy for part in bent.parts), rel=1e-9)
-    loads = compliance_between(network, [("platform", snapshot.reference_point)], loads=F[:, None])
-    assert loads.item() == pytest.approx(F @ C @ F, rel=1e-12)
