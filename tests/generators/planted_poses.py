@@ -34,6 +34,11 @@ class PoseSpace:
         shifts = rng.uniform(-1, 1, (count, self.home.size)) * self.step
         return self.home + size * shifts * rng.uniform(0, 1, (count, 1))
 
+    def beside(self, count: int, size: float, seed: int = 1) -> np.ndarray:
+        """Random coordinates that differ from home's by up to a part of the length, or radians."""
+        random = np.random.default_rng(seed).uniform(-1, 1, (count, self.home.size))
+        return self.home + size * self.step * random
+
     def near_home(self, rng: np.random.Generator) -> np.ndarray:
         """Home, and 1e-3 to 1e-12 away from it."""
         return np.concatenate([self.home[None], *self._around(self.home[None], rng)])
