@@ -7,16 +7,10 @@ import robostiff as rs
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness
 from robostiff.errors import InputError
-from robostiff.kinematics import jacobians, posture_finder
+from robostiff.kinematics import jacobians
 from robostiff.model import Passive, PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.spatial import Space
-
-
-def poses_of(robot: rs.Robot, count: int) -> np.ndarray:
-    finder, places = posture_finder(robot), list(robot.coordinate_places)
-    size = np.where(np.array(places) < 3, 0.05 * finder.length, 0.05)
-    shifts = np.random.default_rng(4).uniform(-1, 1, (count, len(places)))
-    return finder.home_pose[places] + size * shifts
+from tests.generators.planted_poses import PoseSpace
 
 
 def scaled_difference(found: np.ndarray, expected: np.ndarray) -> float:
@@ -41,7 +35,7 @@ def test_legs_together_are_as_each_alone(
     together = jacobians.legs_together(snapshot.legs, snapshot.reference_point.shape[:-1])
     assert [len(own.places) for own in together] == groups
     for count in (1, 4):
-        poses = poses_of(robot, count)
+        poses = PoseSpace(robot).beside(count, 0.05)
         found = direct_stiffness(robot, poses)
         with monkeypatch.context() as alone:
             alone.setattr(jacobians, "FEW", 0)

@@ -222,12 +222,12 @@ def test_machines_of_all_kinds_show_their_parts_and_a_picture(machine, words):
 def test_critical_loads_optima_tolerances_and_compensations_are_shown():
     critical = rs.critical_load(shipped("3-rpr"), wrench=[0, -1e-3, 0], up_to=10)
     assert "no critical load up to 10 times" in text_of(critical._repr_html_())
-    robot = rs.load("gough-stewart-b", symbols=("R", "k"))
-    best = rs.optimise(robot, rs.WorstDeflection(), {"R": (0.4, 0.6)})
+    robot = rs.load("3-rrr", symbols=("l2", "k"))
+    best = rs.optimise(robot, rs.WorstDeflection(), {"l2": (0.24, 0.26)})
     text = text_of(best._repr_html_())
     assert best.ending.value in text
-    assert f"{best.values['R']:.5g}" in text
-    spread = rs.tolerances(robot, {"k": rs.Uniform(0.1), "R": rs.Normal("1 mm")}, samples=128)
+    assert f"{best.values['l2']:.5g}" in text
+    spread = rs.tolerances(robot, {"k": rs.Uniform(0.1), "l2": rs.Normal("1 mm")}, samples=128)
     text = text_of(spread._repr_html_())
     assert "99 % below" in text
     assert f"{100 * spread.shares('worst_deflection')['k']:.1f} %" in text

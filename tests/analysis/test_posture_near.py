@@ -180,33 +180,6 @@ def test_legs_by_iteration_are_followed_from_near():
     pose = rs.find_posture(arm, rs.JointCoordinates(np.full(6, 0.4))).pose[0]
     with pytest.raises(InputError, match="closed by iteration"):
         rs.postures(arm, pose)
-    with pytest.raises(InputError, match="one pose of the platform"):
-        rs.postures(arm)
-
-
-@pytest.mark.parametrize(
-    ("near", "words"),
-    [
-        ([0.1, 0.2], "expected 3 joint coordinates"),
-        ([0.1, 0.2, np.nan], "near of 'arm'"),
-        (["a", "b", "c"], "near of 'arm'"),
-        ([[0.1, 0.2], [0.3]], "near of 'arm'"),
-        ("0.1 0.2 0.3", "near of 'arm'"),
-    ],
-)
-def test_near_that_does_not_fit_is_refused(near: object, words: str):
-    pose = rs.stiffness(planar_arm(), rs.JointCoordinates([0.3, 0.9, -0.4])).pose
-    with pytest.raises(InputError, match=words):
-        rs.stiffness(planar_arm(), pose, near=near)  # pyright: ignore[reportArgumentType, reportCallIssue]
-
-
-def test_near_has_no_meaning_beside_joint_coordinates_or_without_joints():
-    q = [0.3, 0.9, -0.4]
-    with pytest.raises(InputError, match="joint coordinates pose this arm"):
-        rs.stiffness(planar_arm(), rs.JointCoordinates(q), near=q)
-    snapshot = rs.find_posture(planar_arm(), rs.JointCoordinates(q)).snapshot.one(0)
-    with pytest.raises(InputError, match="has postures to choose from"):
-        rs.stiffness(snapshot, near=q)
 
 
 def test_a_slide_may_be_chosen_on_either_side():

@@ -9,19 +9,9 @@ import pytest
 import robostiff as rs
 from robostiff.elastostatics import Status
 from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from tests.generators.chains import on_rigid_links
 
 HERE = Path(__file__).parent
-
-
-def with_rigid_links(leg: PlacedLeg) -> PlacedLeg:
-    elements = []
-    for element in leg.elements:
-        if isinstance(element, PlacedBlock):
-            branches = tuple(with_rigid_links(branch) for branch in element.branches)
-            elements.append(PlacedBlock(element.name, branches))
-        elif not isinstance(element, PlacedSpring):
-            elements.append(element)
-    return replace(leg, elements=tuple(elements))
 
 
 def posed(name: str, move: tuple[float, float, float]) -> Snapshot:
@@ -30,7 +20,7 @@ def posed(name: str, move: tuple[float, float, float]) -> Snapshot:
     coordinates = home[list(robot.coordinate_places)].copy()
     coordinates[:3] += move
     snapshot = rs.find_posture(robot, coordinates).snapshot.one(0)
-    return replace(snapshot, legs=tuple(with_rigid_links(leg) for leg in snapshot.legs))
+    return replace(snapshot, legs=tuple(map(on_rigid_links, snapshot.legs)))
 
 
 def rod_of(leg: PlacedLeg) -> np.ndarray:
@@ -131,20 +121,3 @@ def test_lever_arms_that_are_rounding_decide_nothing(by):
     result = rs.stiffness(snapshot)
     expected = Status.REDUNDANT_JOINTS | Status.RIGID_DIRECTION | Status.FREE_MOTIONS
     assert (result.status, int(result.rank)) == (expected, 5)
-
-
-@pytest.mark.parametrize("name", ["delta", "3-puu"])
-def test_the_network_of_rigid_links_has_the_same_compliance(name):
-    from robostiff.network import compliance_between, network_of_snapshot
-
-    snapshot = posed(name, (0.03, -0.02, 0.04))
-    network = network_of_snapshot(snapshot)
-    C = rs.compliance(snapshot)
-    size = np.abs(C).max()
-    assert np.abs(rs.compliance(network) - C).max() < 1e-12 * size
-    F = np.array([10.0, -20.0, 30.0, 1.0, 2.0, -3.0])
-    bent, expected = rs.deflection(network, wrench=F), rs.deflection(snapshot, wrench=F)
-    assert np.abs(bent.twist - expected.twist).max() < 1e-12 * np.abs(expected.twist).max()
-    assert bent.energy == pytest.approx(sum(part.energy for part in bent.parts), rel=1e-9)
-    loads = compliance_between(network, [("platform", snapshot.reference_point)], loads=F[:, None])
-    assert loads.item() == pytest.approx(F @ C @ F, rel=1e-12)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness, SlackEvent
-from robostiff.cables import PlacedCables, structure_matrix
 from robostiff.model.cable import Cable, CableRobot, Weight
 from robostiff.robots import load
-from robostiff.spatial import Frame, Space
+from robostiff.spatial import Frame
 
 
 def cable_robot(name: str) -> CableRobot:
@@ -56,22 +55,3 @@ def random_robot(
         weight=Weight([0, 0, -100.0], rng.uniform(-0.2, 0.2, 3)) if weight else None,
         reference_point=rng.uniform(-0.2, 0.2, 3),
     )
-
-
-def random_placed(seed: int, cables: int = 5) -> tuple[PlacedCables, np.ndarray, np.ndarray]:
-    """Cables, their stiffnesses and tensions, in equilibrium with nothing."""
-    rng = np.random.default_rng(seed)
-    placed = PlacedCables(
-        exit_points=rng.uniform(-3, 3, (cables, 3)),
-        attachments=rng.uniform(-0.5, 0.5, (cables, 3)),
-        reference_point=rng.uniform(-0.5, 0.5, 3),
-        weight_force=rng.uniform(-200, 200, 3),
-        weight_point=rng.uniform(-0.5, 0.5, 3),
-        space=Space.SPATIAL,
-    )
-    return placed, rng.uniform(1e3, 1e5, cables), rng.uniform(10, 2000, cables)
-
-
-def pulled(placed: PlacedCables, tensions: np.ndarray) -> np.ndarray:
-    """Wrench of the cables on the platform."""
-    return structure_matrix(placed) @ tensions

@@ -75,8 +75,6 @@ def test_load_that_lifts_a_hanging_platform_is_not_carried():
     assert STATUS.NO_EQUILIBRIUM in response.status
     assert 0 < response.carried < 1 / 1.5
     assert not response.has_answer
-    with pytest.raises(rs.NoAnswerError, match="does not carry the load"):
-        _ = response.tensions
 
 
 def test_free_and_unstable_platforms_do_not_answer():
@@ -103,19 +101,6 @@ def test_imbalance_before_the_load_is_held_by_others():
     assert response.displacement is not None
     np.testing.assert_allclose(response.displacement, 0, atol=1e-12)
     assert STATUS.UNBALANCED in response.status
-
-
-@pytest.mark.parametrize("load", [None, [1, 2], "up", [np.nan] * 6])
-def test_loads_that_are_none(load):
-    with pytest.raises(rs.InputError, match="wrench"):
-        rs.cable_response(cable_robot("cable-8"), wrench=load)
-
-
-def test_one_pose_at_a_time():
-    with pytest.raises(rs.InputError, match="one pose"):
-        rs.cable_response(
-            cable_robot("cable-8"), [[0, 0, 1, 0, 0, 0]] * 2, wrench=[1, 0, 0, 0, 0, 0]
-        )
 
 
 def test_tensions_beyond_their_limits_are_named():

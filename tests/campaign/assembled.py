@@ -17,7 +17,6 @@ from tests.campaign.bodies import Bodies, DeadPull, ElasticPart, PointSpring, Si
 from tests.campaign.reread import placed, turned
 from tests.generators.chains import beam_compliance_of
 
-_GRAVITY = 9.80665
 _NOTHING, _NEARLY = 1e-13, 1e-9  # of a compliance whose diagonal is one
 _OPEN = 1e-7  # m and rad: more is no posture
 
@@ -36,6 +35,8 @@ class Assembly:
         Parts into which beams are cut; 0 for linear springs.
     behind : dict of str to (int, (3,) array)
         By ``leg/part``: the body behind it, and the place of the part [m].
+    frames : dict of str to (4, 4) array
+        By ``leg/part``: behind a joint, and where a link begins.
     drives : dict of str to int
         By ``leg/part``: its place among the joints.
     """
@@ -43,6 +44,7 @@ class Assembly:
     bodies: Bodies
     beams: int = 0
     behind: dict[str, tuple[int, np.ndarray]] = field(default_factory=dict)
+    frames: dict[str, np.ndarray] = field(default_factory=dict)
     drives: dict[str, int] = field(default_factory=dict)
     spread: list[Any] = field(default_factory=list)
 
@@ -140,6 +142,7 @@ class Assembly:
                 body = self._merged([end for end, _ in ends])
             if isinstance(e, rs.Link | Joint):
                 self.behind[name] = body, T[:3, 3] if isinstance(e, rs.Link) else before[:3, 3]
+                self.frames[name] = before if isinstance(e, rs.Link) else T
         for own in chain.couplings:
             factors = tuple((sums[j], float(f)) for j, f in own.terms if j in sums)
             self.bodies.sums.append(Sum(factors, own.role.stiffness))
@@ -335,18 +338,17 @@ def of_robot(
     for own in robot.springs:
         ends, bodies = [], []
         for end in own.between:
-            if end.body == "base":
-                bodies.append(0)
-                ends.append(np.asarray(end.at, float))
-            elif end.body == "platform":
-                bodies.append(1)
-                ends.append((pose @ np.append(end.at, 1.0))[:3])
+            if end.body in ("base", "platform"):
+                body, frame = (0, np.eye(4)) if end.body == "base" else (1, pose)
+            elif end.body in found.frames:
+                body, frame = found.behind[end.body][0], found.frames[end.body]
             else:
-                raise NotAssembledError("a spring at a part")
+                raise NotAssembledError("a spring at a telescope")
+            bodies.append(body)
+            ends.append((frame @ np.append(end.at, 1.0))[:3])
         if own.free_length is None:
             raise NotAssembledError("a preload at home")
-        k = float(own.stiffness)
-        a, b = bodies
+        k, (a, b) = float(own.stiffness), bodies
         spring = PointSpring(a, b, (ends[0], ends[1]), k, -k * float(own.free_length))
         found.bodies.springs.append(spring)
     return found

@@ -25,7 +25,6 @@ _STEEL = material("steel")
 _OF_COLUMNS = 0.03  # of the critical load
 _PIECES = 8
 _UP_TO = 60.0  # four times Euler's load of a hinged column is 39
-_SAME = 1e-8
 
 
 @dataclass

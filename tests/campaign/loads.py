@@ -146,9 +146,15 @@ def _laws(case: Case, own: Assembly, truth: Minimum) -> None:
 
 
 def _with_beams(case: Case, own: Assembly, truth: Minimum) -> None:
-    """Beams as they are by default against beams cut into four."""
-    if not any(part.stretch for part in case.assembly(1).bodies.elastic):
+    """Beams of one element to rounding, those by default against beams cut into four."""
+    single = case.assembly(1)
+    if not any(part.stretch for part in single.bodies.elastic):
         return
+    try:
+        whole = least(single, case.wrench)
+    except NoMinimumError:
+        return
+    compare(case.judge, case.ask, single, whole, case.scale, rs.Bowing(1))
     fine = case.assembly(_FINE)
     if len(fine.bodies.centres) > _LARGEST:
         return
@@ -350,6 +356,9 @@ def _beside(rng: np.random.Generator, case: Case, force: float, point: np.ndarra
         else [n for n in drives if own.bodies.joints[own.drives[n]].energy[1]]
     )
     preload, laws = {}, {}
+    for name, i in own.drives.items():
+        if len(own.bodies.joints[i].energy) == 1 and not robot.is_coupled and rng.uniform() < 0.1:
+            preload[name] = float(0.02 * force * case.length * rng.normal())  # passive
     for name in drives:
         if rng.uniform() < 0.15:
             preload[name] = float(0.2 * force * case.length * rng.normal())
@@ -362,10 +371,9 @@ def _beside(rng: np.random.Generator, case: Case, force: float, point: np.ndarra
     if rng.uniform() < 0.2:
         case.at = point + rng.uniform(-0.5, 0.5, 3) * case.length * in_space
     if rng.uniform() < 0.2:
-        a, b = (
-            rs.BodyPoint(body, rng.uniform(-0.3, 0.3, 3) * in_space)
-            for body in ("base", "platform")
-        )
+        bodies = [*rng.permutation(["base", "platform"])[:1], *rng.permutation(list(own.frames))]
+        bodies = bodies[:2] if len(bodies) > 1 and rng.uniform() < 0.6 else ["base", "platform"]
+        a, b = (rs.BodyPoint(str(o), rng.uniform(-0.3, 0.3, 3) * in_space) for o in bodies)
         k, rest = force / case.length * 10 ** rng.uniform(-1, 1), float(rng.uniform(0, 0.5))
         spring = rs.BodySpring("spring", (a, b), stiffness=k, free_length=rest)
         case.robot = robot.with_springs([spring])

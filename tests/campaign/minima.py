@@ -30,10 +30,15 @@ def least(own: Assembly, wrench: np.ndarray) -> Minimum:
 
 
 def compare(
-    judge: Judge, ask: Callable[..., Any], own: Assembly, truth: Minimum, scale: np.ndarray
+    judge: Judge,
+    ask: Callable[..., Any],
+    own: Assembly,
+    truth: Minimum,
+    scale: np.ndarray,
+    beams: rs.Linear | rs.Bowing = rs.Linear(),  # noqa: B008
 ) -> None:
-    """Displacement, compliance, energy and stability, elastic parts linear."""
-    say, found = judge.say, ask(beams=rs.Linear())
+    """Displacement, compliance, energy and stability, elastic parts linear or single beams."""
+    say, found = judge.say, ask(beams=beams)
     curved = curvatures(own.bodies, truth.state)
     is_stable = bool(curved[0] > -_ZERO * curved[-1])
     moved = float(np.max(np.abs(truth.displacement / scale)))

@@ -73,7 +73,7 @@ def _platform(rng: np.random.Generator) -> Snapshot:
     robot = random_robot(rng, kind, int(rng.integers(1, 3)))
     parts = KINDS_OF_PARTS[rng.integers(len(KINDS_OF_PARTS))]
     count, closing = int(rng.integers(2, 5)), int(rng.integers(0, 3))
-    return on_platform(rng, robot, parts, count, closing).snapshot
+    return on_platform(rng, robot, parts, count, closing)
 
 
 def _drives(rng: np.random.Generator) -> Snapshot:

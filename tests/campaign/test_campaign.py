@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from tests.campaign import loads, placed, ways
+from tests.campaign import loads, mechanisms, placed, ways
 from tests.campaign.__main__ import PARTS, main
 from tests.campaign.reference import reference
 from tests.campaign.robots import judged_robot, kind_of
@@ -60,14 +60,16 @@ def test_a_wrong_spring_is_found():
 
 @pytest.mark.parametrize("number", [584, 689])
 def test_linkages_that_one_search_from_home_closes_in_another_assembly_mode(number):
-    assert kind_of(20261122, number)[0] == "linkage"
-    assert not judged_robot(20261122, number)
+    rng = np.random.default_rng([20261122, number])
+    rng.uniform()
+    assert not mechanisms.KINDS["linkage"](rng)
 
 
 @pytest.mark.parametrize(
     ("kind", "numbers"),
     [
         ("robots", range(2)),
+        pytest.param("robots", range(2, 24), marks=pytest.mark.slow),
         ("networks", range(2)),
         ("loads on beams", range(8)),
         ("cables", range(12, 16)),

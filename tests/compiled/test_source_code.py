@@ -112,14 +112,3 @@ def test_names_do_not_leave_the_comment():
     assert "#error" in comment
     assert "\\" not in comment
     assert code.count("#error") == 1  # that about -ffast-math
-
-
-@pytest.mark.parametrize("name", ["2d", "a b", "", "int x(){}//"])
-def test_names_of_functions_are_identifiers(name):
-    with pytest.raises(rs.InputError, match="identifier"):
-        compiled("3-rpr").source(SourceLanguage.C, name)
-
-
-def test_a_language_is_one_of_two():
-    with pytest.raises(rs.InputError, match="language"):
-        compiled("3-rpr").source("fortran")  # type: ignore[arg-type]

@@ -11,7 +11,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from robostiff.elasticity import Elasticity
-from robostiff.model import Passive, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import Passive, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 
 PLANE = [0, 1, 5]
 LENGTH = 0.7  # metres: what a turn weighs beside a shift where a test needs a length
@@ -119,6 +119,18 @@ def snapshot_of(chains: list[FreeChain], reference: np.ndarray) -> Snapshot:
     """Legs in parallel between a base and a platform."""
     legs = tuple(chain.placed(f"leg{i}") for i, chain in enumerate(chains))
     return Snapshot("random", legs, reference)
+
+
+def on_rigid_links(leg: PlacedLeg) -> PlacedLeg:
+    """The leg without its springs and masses, and so its branches: drives alone are elastic."""
+    elements = [
+        PlacedBlock(e.name, tuple(map(on_rigid_links, e.branches)))
+        if isinstance(e, PlacedBlock)
+        else e
+        for e in leg.elements
+        if not isinstance(e, PlacedSpring)
+    ]
+    return replace(leg, elements=tuple(elements), masses=())
 
 
 def random_rotation(rng: np.random.Generator) -> np.ndarray:

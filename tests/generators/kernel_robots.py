@@ -34,6 +34,7 @@ from robostiff.model import (
 from robostiff.robots import load, shipped_robots
 from robostiff.spatial import Frame, Space
 from tests.generators.elements import BAR, ROD, STEEL, shift_by
+from tests.generators.legs import platform_at, random_leg
 from tests.generators.machines import (
     DRIVE,
     FREE,
@@ -48,30 +49,8 @@ from tests.generators.machines import (
     turned,
 )
 
-BASE_ANGLES = (-10, 10, 110, 130, 230, 250)
-PLATFORM_ANGLES = (-50, 50, 70, 170, 190, 290)
 TRANSLATIONS = (Coordinate.X, Coordinate.Y, Coordinate.Z)
 IN_PLANE = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
-
-
-def rod_hexapod(kind: str, elbow: Elbow = Elbow.HOME) -> Robot:
-    """Six legs RUS with cranks, or PUS with vertical slides."""
-    legs = []
-    for i, (phi, psi) in enumerate(
-        zip(np.radians(BASE_ANGLES), np.radians(PLATFORM_ANGLES), strict=True)
-    ):
-        A = 0.5 * np.array([np.cos(phi), np.sin(phi), 0])
-        B = 0.25 * np.array([np.cos(psi), np.sin(psi), 0])
-        drive: list[Element] = (
-            [revolute(Y, Actuated(1e5), home=[0.2]), beam_link(0.2 * X, STEEL, BAR, y_axis=Y)]
-            if kind == "RUS"
-            else [prismatic(Z, DRIVE, home=[0.1])]
-        )
-        rod = beam_link([0, 0, 0.7], STEEL, ROD)
-        chain = Chain((*drive, universal(X, Y, FREE), rod, spherical(FREE)))
-        base = turned(np.array([0, 0, phi]), A)
-        legs.append(Leg(f"leg{i}", base, chain, shift_by(*B), elbow))
-    return Robot(kind, tuple(legs), home=shift_by(0, 0, 0.65))
 
 
 def sps_hexapod() -> Robot:
@@ -173,6 +152,17 @@ def skewed_hexapod() -> Robot:
     return replace(robot, name="skewed", legs=tuple(legs))
 
 
+def of_random_legs(kind: str) -> Robot:
+    """A hexapod on six legs of a kind, each at random, and at home where all of them are."""
+    legs = []
+    for seed in range(6):
+        case = random_leg(kind, seed)
+        here = platform_at(case.leg, case.leg.chain.home)
+        home = Frame(here.rotation.as_matrix(), here.translation)
+        legs.append(replace(case.leg, name=f"leg{seed}", base=home.inverse @ case.leg.base))
+    return Robot(kind, tuple(legs), home=Frame.identity())
+
+
 def _planar(name: str, legs: list[Leg], home: Frame) -> Robot:
     return Robot(name, tuple(legs), home=home, coordinates=IN_PLANE, space=Space.PLANAR)
 
@@ -251,8 +241,6 @@ HAND_MADE: dict[str, Callable[[], Robot]] = {
     "SPS": sps_hexapod,
     "3-UPU": translational_upu,
     "6-UPU": lambda: translational_upu(6),
-    "RUS": lambda: rod_hexapod("RUS"),
-    "PUS": lambda: rod_hexapod("PUS", Elbow.MINUS),
     "RPS tripod": tripod,
     "PRS tripod": lambda: tripod("PRS"),
     "five-bar": lambda: replace(five_bar(), coordinates=IN_PLANE),
@@ -270,14 +258,20 @@ HAND_MADE: dict[str, Callable[[], Robot]] = {
 }
 
 
+#: Legs that no other robot has.
+KINDS_OF_LEGS = ("UCU", "SPU", "RSU")
+
+
 def robot_called(name: str) -> Robot:
-    """A hand-made or a shipped robot."""
+    """A hand-made robot, one of random legs, or a shipped one."""
     if name in HAND_MADE:
         return HAND_MADE[name]()
+    if name in KINDS_OF_LEGS:
+        return of_random_legs(name)
     robot = load(name)
     if not isinstance(robot, Robot):
         raise TypeError(name)
     return robot
 
 
-ALL_ROBOTS = (*HAND_MADE, *shipped_robots())
+ALL_ROBOTS = (*HAND_MADE, *KINDS_OF_LEGS, *shipped_robots())

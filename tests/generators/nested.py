@@ -5,20 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import strategies as st
 
 import robostiff as rs
 from robostiff.elasticity import Elasticity
 from robostiff.model import PlacedBlock, PlacedElement, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial import Space
-from tests.generators.chains import (
-    SEEDS,
-    Spring,
-    random_beam,
-    random_block,
-    random_joint,
-    random_single,
-)
+from tests.generators.chains import Spring, random_beam, random_block, random_joint, random_single
 
 _MAKERS = (random_beam, random_block, random_single)
 
@@ -100,8 +92,9 @@ def nested_snapshot(
     depth: int,
     clamps: bool = False,
 ) -> rs.Snapshot:
-    """A random robot whose legs hold parallel blocks; see `nested_snapshots`.
+    """A random robot whose legs hold parallel blocks, up to `depth` of them one in another.
 
+    With `rigid`, some branches are rigid. Joints may be redundant.
     With `clamps`, a rigid branch may be without joints, so that its whole block is rigid.
     """
     grower = _Grower(rng, space, rigid, clamps)
@@ -110,19 +103,3 @@ def nested_snapshot(
     if space is Space.PLANAR:
         reference[2] = 0.0
     return rs.Snapshot("nested", grown, reference, space)
-
-
-@st.composite
-def nested_snapshots(
-    draw: st.DrawFn,
-    space: Space = Space.SPATIAL,
-    rigid: bool = False,
-    legs: int = 2,
-    depth: int = 2,
-) -> rs.Snapshot:
-    """Random robots whose legs hold parallel blocks, up to `depth` of them one in another.
-
-    With `rigid`, some branches are rigid. Joints may be redundant.
-    """
-    rng = np.random.default_rng(draw(SEEDS))
-    return nested_snapshot(rng, space, rigid, draw(st.integers(1, legs)), depth)

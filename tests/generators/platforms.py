@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from hypothesis import strategies as st
 
 from robostiff.elasticity import CrossSection, Elasticity, material
 from robostiff.model import (
@@ -19,19 +18,11 @@ from robostiff.model import (
     rigid_member,
 )
 from robostiff.robots import load
-from tests.generators.chains import SEEDS, random_rotation
-from tests.generators.robots import FreeRobot, robots
+from tests.generators.chains import random_rotation
+from tests.generators.robots import FreeRobot
 
 STEEL = material("steel")
 BAR = CrossSection(4e-4, 1.2e-8, 3.1e-8, 2.5e-8)
-
-
-@dataclass(frozen=True)
-class OnPlatform:
-    """A robot, and the same on a platform that bends."""
-
-    robot: FreeRobot
-    snapshot: Snapshot
 
 
 def _part(rng: np.random.Generator, kind: str, a: PlatformNode, b: PlatformNode, name: str):
@@ -51,7 +42,7 @@ def _part(rng: np.random.Generator, kind: str, a: PlatformNode, b: PlatformNode,
 
 def on_platform(
     rng: np.random.Generator, robot: FreeRobot, kinds: tuple[str, ...], count: int, closing: int
-) -> OnPlatform:
+) -> Snapshot:
     """A robot on `count` nodes joined by a tree of parts, and `closing` more parts."""
     nodes = [PlatformNode(f"n{i}", rng.uniform(-0.5, 0.5, 3)) for i in range(count)]
     ends = [(int(rng.integers(i)), i) for i in range(1, count)]
@@ -66,7 +57,7 @@ def on_platform(
     snapshot = robot.snapshot
     holds = tuple(f"n{rng.integers(count)}" for _ in snapshot.legs)
     placed = PlacedPlatform(platform, holds, random_rotation(rng), rng.uniform(-1, 1, 3))
-    return OnPlatform(robot, replace(snapshot, platform=placed))
+    return replace(snapshot, platform=placed)
 
 
 def shipped_on_platform(
@@ -92,12 +83,3 @@ def shipped_on_platform(
 
 
 KINDS_OF_PARTS = (("beam",), ("beam", "spring", "rigid"), ("beam", "hinge", "spring"))
-
-
-@st.composite
-def robots_on_platforms(draw: st.DrawFn, kinds: tuple[str, ...] = ()) -> OnPlatform:
-    """Nodes joined by a tree of parts and some more that close loops; legs hold any of them."""
-    robot = draw(robots())
-    rng = np.random.default_rng(draw(SEEDS))
-    kinds = kinds or draw(st.sampled_from(KINDS_OF_PARTS))
-    return on_platform(rng, robot, kinds, draw(st.integers(2, 5)), draw(st.integers(0, 3)))

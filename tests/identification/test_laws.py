@@ -31,14 +31,6 @@ def _alike(one: rs.Identified, other: rs.Identified, part: float = 1e-6) -> None
             assert other.std[name] == pytest.approx(one.std[name], rel=1e-6)
 
 
-def test_order_of_rows_and_parameters(arm, found):
-    order = np.random.default_rng(4).permutation(36)
-    names = [f"arm/joint{k}" for k in (3, 1, 6, 2, 5, 4)]
-    other = rs.identify(arm, arm_campaign().chosen(order), names)
-    assert other.names[:6] == tuple(names)
-    _alike(found, other)
-
-
 def test_units_of_the_file(arm, found, tmp_path):
     measured = arm_campaign()
     for unit, factor, angle in (("mm", 1e3, "deg"), ("m", 1.0, "rad")):
@@ -70,14 +62,16 @@ def test_an_instrument_elsewhere(arm, found):
     assert other.chi_square == pytest.approx(found.chi_square, rel=1e-8)
 
 
-def test_a_world_that_is_turned(arm, found):
+def test_a_world_that_is_turned_and_the_order_of_rows_and_parameters(arm, found):
     """Robot, gravity and loads turned and shifted together, beside the same readings."""
     R, p = Rotation.from_rotvec([0.7, 0.4, -1.3]).as_matrix(), np.array([0.5, -1.0, 2.0])
     (leg,) = arm.legs
     base = rs.Frame(R @ leg.base.R, R @ leg.base.p + p)
     turned = replace(arm, legs=(replace(leg, base=base),), gravity=R @ arm.gravity)
-    measured = arm_campaign()
+    measured = arm_campaign().chosen(np.random.default_rng(4).permutation(36))
     moved = replace(measured, forces=measured.forces @ R.T)
-    other = rs.identify(turned, moved, ["arm/joint*"])
+    names = [f"arm/joint{k}" for k in (3, 1, 6, 2, 5, 4)]
+    other = rs.identify(turned, moved, names)
+    assert other.names[:6] == tuple(names)
     _alike(found, other, 1e-5)
     assert other.chi_square == pytest.approx(found.chi_square, rel=1e-8)

@@ -261,8 +261,10 @@ def test_a_marker_that_is_seen_once(arm, tmp_path):
         rs.identify(arm, measured, ["arm/joint1"])
 
 
-def test_a_posture_beyond_limits(arm, tmp_path):
-    rows = [f"{k},20,15,10,50,0,m,1,2,{k}" for k in (10, 20, 175, 30)]
-    measured = read(arm, tmp_path, "\n".join([HEAD, *rows]))
+def test_a_posture_beyond_limits(tmp_path):
+    robot = rs.load("scara")
+    head = "shoulder [deg],elbow [deg],spline [deg],quill [mm],marker,x [mm],y [mm],z [mm]"
+    rows = [f"{k},20,15,10,m,1,2,{k}" for k in (10, 20, 175, 30)]
+    measured = read(robot, tmp_path, "\n".join([head, *rows]))
     with pytest.raises(rs.InputError, match=r"posture of .*csv:4: got 'beyond-limits'"):
-        rs.identify(arm, measured, ["arm/joint1", "arm/joint2"])
+        rs.identify(robot, measured, ["arm/shoulder"])

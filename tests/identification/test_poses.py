@@ -70,15 +70,6 @@ def test_the_best_of_all_sets(criterion, hexapod, candidates, information):
     assert chosen.value == pytest.approx(best, rel=1e-4)
 
 
-def test_a_measured_pose_out_of_reach_is_named():
-    robot = rs.load("delta")
-    poses = np.tile(rs.find_posture(robot).pose[:, robot.coordinate_places], (3, 1))
-    poses[1, 0] = 5.0
-    read = rs.Measurements(poses, np.zeros((3, 3)), wrenches=np.ones(6), sigma=1e-5)
-    with pytest.raises(rs.InputError, match="posture of reading 2: got 'a pose out of reach'"):
-        rs.identify(robot, read, ["leg*/*"])
-
-
 def test_slides_without_limits_stay_near_home():
     rows = [rs.DHRow(d=0.4), rs.DHRow(a=0.6, slides=True)]
     arm = rs.serial_arm(rows, convention=rs.DHConvention.STANDARD, joint_stiffness=[1e4, 1e6])

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import robostiff as rs
 from tests.identification.campaigns import (
@@ -33,11 +34,34 @@ def arm():
     return rs.identify(robot, arm_campaign(), ["arm/joint*"], frames=arm_frames())
 
 
+@pytest.fixture(scope="module")
+def few(hexapod):
+    """Few numbers, so that the normal distribution would be too narrow where sigma is estimated."""
+    return hexapod.measured.chosen(range(5))
+
+
 @pytest.mark.parametrize("is_known", [True, False], ids=["sigma", "estimated sigma"])
-def test_intervals_cover_the_truth(hexapod, is_known):
+def test_intervals_are_quantiles_of_their_distribution(hexapod, few, is_known):
+    """Normal, or Student's of 15 numbers less 6 unknowns and of the sigma that is left."""
+    sigma = np.full((5, 3), 1.5e-6 if is_known else np.nan)
+    exact, _ = hexapod.predict(replace(few, sigma=sigma))
+    noise = 1.5e-6 * np.random.default_rng(5).standard_normal(exact.shape)
+    found = hexapod.fitted_to(replace(few, sigma=sigma, values=exact + noise))
+    std = np.array([*found.std.values()])
+    _, J = found.model.predicted(found.fit.x)
+    left = 1.5e-6 if is_known else np.sqrt(np.sum(found.residuals**2) / 9)
+    np.testing.assert_allclose(std, left * np.diag(np.linalg.inv(J.T @ J)) ** 0.5, rtol=1e-6)
+    for part in (0.95, 0.6):
+        quantile = stats.norm.ppf(0.5 + part / 2) if is_known else stats.t.ppf(0.5 + part / 2, 9)
+        ends = np.array([*found.interval(part).values()])
+        wanted = found.fit.x[:, None] + np.outer(std, [-quantile, quantile])
+        np.testing.assert_allclose(ends, wanted, rtol=1e-9, atol=1e-9 * std.min())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("is_known", [True, False], ids=["sigma", "estimated sigma"])
+def test_intervals_cover_the_truth(hexapod, few, is_known):
     """Of six compliances in 80 campaigns 95 % lie in their intervals, within three errors."""
-    # Few numbers, so that the normal distribution would be too narrow where sigma is estimated.
-    few = hexapod.measured.chosen(range(5))
     sigma = 1.5e-6
     measured = replace(few, sigma=np.full((5, 3), sigma if is_known else np.nan))
     truth, random = hexapod.fit.x, np.random.default_rng(5)
@@ -45,8 +69,7 @@ def test_intervals_cover_the_truth(hexapod, is_known):
     inside = 0
     for _ in range(CAMPAIGNS):
         read = with_values(measured, exact + sigma * random.standard_normal(exact.shape))
-        found = hexapod.fitted_to(read)
-        intervals = found.interval(0.95)
+        intervals = hexapod.fitted_to(read).interval(0.95)
         inside += sum(
             low <= x <= high for x, (low, high) in zip(truth, intervals.values(), strict=True)
         )

@@ -20,8 +20,10 @@ from robostiff.io.document import parse_document
 from robostiff.io.expression import exact_mathematics, parameter_values, parse
 from robostiff.io.map_files import read_poses
 from robostiff.io.model_file import model_from_document
-from robostiff.io.snapshot import snapshot_from_document
+from robostiff.io.snapshot import network_from_document, snapshot_from_document
 from robostiff.io.units import Dimension, parse_quantities, to_si
+from robostiff.robots import robot_file
+from tests.cables import test_cable_files
 from tests.identification import test_measurement_files
 from tests.io import (
     test_coordinates_of_arms,
@@ -44,6 +46,7 @@ from tests.io.urdf import (
     test_side_files,
 )
 from tests.model import test_flexible_platform
+from tests.network import test_graph_files
 from tests.robots import test_coupled_joints, test_helical_joints, test_hybrid_machines
 from tests.said import now, on_file, said, write
 
@@ -80,6 +83,15 @@ def described(urdf: str, side: str) -> Any:
 
 def poses(text: str) -> Any:
     return from_files(lambda: read_poses(rs.load("hexapod"), "poses.csv"), poses_csv=text)
+
+
+def graph(*changes: str) -> Any:
+    text = changed(test_graph_files.TEXT, *changes)
+    return network_from_document(parse_document(text, "table.json"))
+
+
+def program(text: str, robot: str = "hexapod") -> Any:
+    return from_files(lambda: rs.read_program(rs.load(robot), "path.csv"), path_csv=text)
 
 
 def heavy(*masses: dict[str, Any]) -> Any:
@@ -147,6 +159,10 @@ READERS: dict[str, Callable[..., Any]] = {
     "pose": lambda text: parse_quantities(text, test_units.POSE, test_units.POSE_NAMES, "pose"),
     "table of poses": poses,
     "measurements": measured,
+    "graph": graph,
+    "cables": lambda own: test_cable_files.built(own.replace("ROPE", test_cable_files.ROPE)),
+    "program of a path": program,
+    "shipped file": partial(model, robot_file("3-puu").read_text()),
 }  # fmt: skip
 
 

@@ -109,24 +109,3 @@ def test_a_crank_that_may_stand_anywhere_stands_where_it_is_given():
     q = drives(rs.find_posture(robot), robot)[0]
     posture = rs.find_posture(robot, rs.ActuatorCoordinates(q))
     assert not posture.undetermined.any()
-
-
-@pytest.mark.parametrize(
-    ("name", "values", "words"),
-    [
-        ("hexapod", [1.0, 2.0], "6 finite numbers"),
-        ("hexapod", {"strut": 1.0}, "leg1/strut"),
-        ("hexapod", [1.0, 1, 1, 1, 1, np.nan], "a finite number"),
-        ("planar-link", [], "no actuated joint"),
-        ("gough-stewart-a", [1.0] * 6, "3 freedoms at home"),
-    ],
-)
-def test_what_does_not_fit_is_refused(name: str, values, words: str):
-    with pytest.raises(rs.InputError, match=words):
-        rs.stiffness(rs.load(name), rs.ActuatorCoordinates(values))
-
-
-def test_kernels_take_the_pose_that_was_found():
-    kernel = rs.compile(rs.load("3-puu"))
-    with pytest.raises(rs.InputError, match="find_posture"):
-        kernel.evaluate(rs.ActuatorCoordinates([[0.1, 0.1, 0.1]]))

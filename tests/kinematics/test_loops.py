@@ -14,6 +14,7 @@ from robostiff.robots import load
 from robostiff.spatial import Frame
 from tests.generators.elements import shift_by
 from tests.generators.kernel_robots import robot_called
+from tests.generators.planted_poses import PoseSpace
 
 COPIES = ("orthoglide", "delta", "nested parallelograms")
 ITERATED = ("four-bar legs", "pairs of struts")
@@ -24,14 +25,6 @@ def robot_of(name: str) -> Robot:
     return robot
 
 
-def poses_near_home(robot: Robot, count: int, size: float) -> np.ndarray:
-    rng = np.random.default_rng(5)
-    finder = PostureFinder(robot)
-    scale = np.where(np.array(robot.coordinate_places) < 3, finder.length, 1.0)
-    home = finder.home_pose[robot.coordinate_places]
-    return home + size * scale * rng.uniform(-1, 1, (count, len(home)))
-
-
 def after(first: Frame, second: Frame) -> Frame:
     """The second frame, seen from where the first is seen."""
     return Frame(first.R @ second.R, first.p + first.R @ second.p)
@@ -40,7 +33,7 @@ def after(first: Frame, second: Frame) -> Frame:
 @pytest.mark.parametrize("name", COPIES + ITERATED)
 def test_loops_close_at_random_poses(name):
     robot = robot_of(name)
-    posture = rs.find_posture(robot, poses_near_home(robot, 20, 0.08))
+    posture = rs.find_posture(robot, PoseSpace(robot).beside(20, 0.08))
     assert posture.reached.all()
     assert posture.meets(1e-11).all()
 

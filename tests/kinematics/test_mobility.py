@@ -3,7 +3,6 @@
 import pytest
 
 import robostiff as rs
-from robostiff.errors import FileError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import PostureFinder
@@ -36,12 +35,6 @@ def with_coordinates(line: str) -> rs.Robot:
     text = robot_file("3-puu").read_text()
     assert "coordinates: [x, y, z]\n" in text
     return model_from_document(parse_document(text.replace("coordinates: [x, y, z]\n", line)))
-
-
-@pytest.mark.parametrize("chosen", ["[x, y]", "[z]", "[x, y, rz]", "[x, y, z, rz]", "[]"])
-def test_coordinates_that_do_not_determine_the_pose_are_refused(chosen):
-    with pytest.raises(FileError, match=r"3 freedoms .* write coordinates: \[x, y, z\]"):
-        with_coordinates(f"coordinates: {chosen}\n")
 
 
 def test_coordinates_left_out_follow_from_the_legs():

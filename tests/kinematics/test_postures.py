@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from robostiff import InputError, JointCoordinates
+from robostiff import JointCoordinates
 from robostiff.errors import PlausibilityWarning
 from robostiff.kinematics import PostureFinder, find_posture, place_chain
-from robostiff.kinematics.turn import rotvec_rate, turn_by_vector
-from robostiff.model import Coordinate, PlacedFreedom
+from robostiff.kinematics.turn import turn_by_vector
+from robostiff.model import PlacedFreedom
 from robostiff.robots import load
-from robostiff.spatial.rotation import vector_of_rotation
 from tests.generators.legs import has_skewed_axes, platform_at, random_leg, six
 from tests.generators.machines import case_b, elbow_arm, five_bar, tripod
 
@@ -147,44 +146,6 @@ def test_planar_robot():
         f"leg {name!r}" in s and millimetres in s
         for name, s in zip(("left", "right"), out.complaints, strict=True)
     ] == [True, True]
-
-
-@pytest.mark.parametrize(
-    ("pose", "message"),
-    [
-        ([0, 0, 0.5], "6 numbers"),
-        (0.3, "6 numbers"),
-        ([0, 0, np.nan, 0, 0, 0], "finite"),
-        (np.zeros((2, 0)), "6 numbers"),
-        (JointCoordinates([0.0]), "joint coordinates pose serial arms only"),
-    ],
-)
-def test_poses_that_do_not_fit(pose, message: str):
-    with pytest.raises(InputError, match=message):
-        find_posture(case_b(), pose)
-
-
-def test_poses_that_do_not_fit_a_robot_of_few_freedoms():
-    with pytest.raises(InputError, match=r"3 numbers \(z rx ry\) or 6 numbers"):
-        find_posture(tripod(), [0.5, 0.1])
-    with pytest.raises(InputError, match="6 finite numbers"):
-        find_posture(elbow_arm(), JointCoordinates([0.1, 0.2]))
-    assert tripod().coordinates == (Coordinate.Z, Coordinate.RX, Coordinate.RY)
-
-
-@pytest.mark.parametrize("size", [0.0, 1e-9, 1e-4, 0.5, 3.0])
-def test_rate_of_a_rotation_vector(size: float):
-    """w = J_l(r) dr/dt, by central differences of the rotation matrix."""
-    rng = np.random.default_rng(8)
-    r = rng.normal(size=3)
-    r *= size / np.linalg.norm(r)
-    h = 1e-5
-    J = rotvec_rate(r)
-    for k in range(3):
-        step = h * np.eye(3)[k]
-        turn = turn_by_vector(r + step) @ turn_by_vector(r - step).T
-        w = vector_of_rotation(turn) / (2 * h)
-        assert np.abs(J[:, k] - w).max() <= 1e-9
 
 
 @pytest.mark.parametrize("name", ["hexapod", "delta", "hexaglide", "agile-eye", "gantry-tau"])

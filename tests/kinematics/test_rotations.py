@@ -5,7 +5,6 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from robostiff.kinematics.turn import vector_of_turn_near
-from robostiff.spatial.batch import block_diagonal
 from robostiff.spatial.rotation import (
     is_rigid_transform,
     matrix_of_rotation,
@@ -61,17 +60,6 @@ def test_a_matrix_of_few_digits_gets_the_nearest_rotation():
 def test_rigid_transforms_are_known():
     assert is_rigid_transform(RigidTransform.identity())
     assert not is_rigid_transform(Rotation.identity())
-
-
-def test_blocks_may_have_batches():
-    one, two = np.ones((4, 1, 2, 2)), np.full((3, 1, 3), 2.0)
-    whole = block_diagonal([one, two])
-    assert whole.shape == (4, 3, 3, 5)
-    np.testing.assert_array_equal(whole[2, 1, :2, :2], one[2, 0])
-    np.testing.assert_array_equal(whole[2, 1, 2:, 2:], two[1])
-    assert not np.any(whole[..., :2, 2:])
-    assert not np.any(whole[..., 2:, :2])
-    assert block_diagonal([]).shape == (0, 0)
 
 
 @pytest.mark.parametrize("near", [0.0, 1e-9, 2.0, np.pi, 4.0])

@@ -71,20 +71,6 @@ def test_another_axis_of_the_platform(machine):
     np.testing.assert_allclose(R[:, 1], np.array([0, 1, 0.1]) / np.hypot(1, 0.1), atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"tip": [0, 0], "axis": [0, 0, 1]}, "x y z"),
-        ({"tip": [0, 0, 1], "axis": [0, 0, 0]}, "not all zero"),
-        ({"tip": [0, 0, 1], "axis": [0, 1]}, "three finite numbers"),
-        ({"tip": [0, 0, 1], "axis": [0, 0, 1], "tool_axis": [[0, 0, 1]]}, "one direction"),
-    ],
-)
-def test_what_is_no_tool_pose_is_refused(given, words: str):
-    with pytest.raises(rs.InputError, match=words):
-        rs.stiffness(rs.load("hexapod"), rs.ToolPose(**given))
-
-
 @pytest.mark.parametrize("x", [0.2, -0.2, 0.6])
 def test_a_head_that_stands_upright_turns_before_it_tilts_across_its_axis(machine, x: float):
     """Its axes are in the plane of the wanted one, so that no small motion leads there."""

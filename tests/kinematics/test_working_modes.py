@@ -1,10 +1,8 @@
 """Working modes of a whole robot."""
 
 import numpy as np
-import pytest
 
 import robostiff as rs
-from robostiff.errors import InputError
 
 
 def puu() -> rs.Robot:
@@ -31,8 +29,3 @@ def test_one_leg_alone_can_change():
     assert slides[0] > 0.3
     assert slides[1] < 0.3
     assert slides[2] > 0.3
-
-
-def test_a_name_that_is_no_leg():
-    with pytest.raises(InputError, match="expected leg1, leg2, leg3"):
-        puu().with_elbows({"leg9": rs.Elbow.PLUS})

@@ -11,8 +11,7 @@ import robostiff as rs
 from robostiff.elasticity import circle
 from robostiff.errors import NoAnswerError
 from robostiff.network import Network, beam_between
-from robostiff.spatial import move_wrench
-from tests.network.frames import BAR, GRAPH_NAMES, STEEL, graph, nodes
+from tests.network.frames import BAR, STEEL, nodes
 from tests.statics.robots_under_load import loaded
 
 # Functions that the tests damage.
@@ -21,68 +20,6 @@ REACTIONS = "robostiff.statics.loaded_parts.CarriedLoads.reactions"
 BEAM_LOADS = "robostiff.network.response.beam_load"
 SUPPORTS = "robostiff.network.solution.reactions"
 LEGS = "robostiff.analysis.deflection_under_load.ConjugateWrenches.carried"
-
-
-def wrench_of(force: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Of a force at a point, about the origin of the world (6,)."""
-    return move_wrench(np.append(force, np.zeros(3)), -at)
-
-
-def assert_balanced(applied: list[np.ndarray], carried: list[np.ndarray], rows: Any) -> None:
-    """Wrenches (6,) about one point; sums are of the largest of them."""
-    both = np.array([*applied, *(-own for own in carried)])[:, list(rows)]
-    assert np.abs(both).max() > 0
-    assert np.abs(both.sum(axis=0)).max() < 1e-8 * np.abs(both).max()
-
-
-def on_legs(robot: rs.Robot, size: float) -> dict[str, rs.DeadForce]:
-    """A force at a place of its own on the body behind the last part of every leg."""
-    rng, space = np.random.default_rng(11), robot.space
-    answer = loaded(robot)
-    last = {name.partition("/")[0]: name for name in answer.places.behind}
-    found = {}
-    for name in last.values():
-        force = np.append(rng.normal(size=space.translations), np.zeros(3 - space.translations))
-        place = answer.point + rng.uniform(-0.1, 0.1, 3)
-        found[name] = rs.DeadForce(size * force, place)
-    return found
-
-
-@pytest.mark.parametrize("name", rs.shipped_robots())
-def test_what_a_loaded_robot_exerts_on_its_base_is_what_acts_on_it(name: str):
-    robot = rs.load(name)
-    space = robot.space
-    loads = on_legs(robot, 3.0)
-    wrench = 2.0 * np.linspace(1, -2, space.size)
-    answer = loaded(robot, wrench=wrench, loads=loads)
-    if not answer.has_answer:
-        pytest.skip(f"{name}: {answer.status}")
-    on_platform = np.zeros(6)
-    on_platform[list(space.rows)] = wrench
-    applied = [move_wrench(on_platform, -answer.point)]
-    for body, load in loads.items():
-        at = answer.places.behind[body].of(np.asarray(load.point, float))
-        applied.append(wrench_of(np.asarray(load.force, float), at))
-    carried = [move_wrench(own, -answer.point) for own in answer.reactions]
-    assert_balanced(applied, carried, space.rows)
-
-
-@pytest.mark.parametrize("name", GRAPH_NAMES)
-def test_what_a_loaded_network_exerts_on_its_base_is_what_acts_on_it(name: str):
-    network, _ = graph(name)
-    space, rng = network.space, np.random.default_rng(5)
-    forces = {node: rng.normal(size=3) for node in network.free_nodes}
-    if space.size == 3:
-        forces = {node: own * [1, 1, 0] for node, own in forces.items()}
-    answer = loaded(network, loads=forces)
-    if not answer.has_answer:
-        pytest.skip(f"{name}: {answer.status}")
-    points = {node.name: node.point for node in network.nodes}
-    applied = [
-        wrench_of(own, answer.places.nodes[node].of(points[node])) for node, own in forces.items()
-    ]
-    carried = [move_wrench(own, -answer.point) for own in answer.reactions]
-    assert_balanced(applied, carried, space.rows)
 
 
 def overhang() -> Network:

@@ -1,4 +1,9 @@
-"""The forms of K_C are equal where they hold, and refuse with a reason where they do not."""
+"""The forms of K_C are equal where they hold, and refuse with a reason where they do not.
+
+That K is right, of one rank, and the same in other units and frames is in tests/campaign.
+"""
+
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,3 +83,32 @@ def test_index_rules_refuse_oblique_joints(chain: FreeChain):
     result = rs.chain_stiffness(C, J_q, form=rs.IndexRules())
     assert rs.Status.FORM_DOES_NOT_HOLD in result.status
     assert "oblique" in result.reason
+
+
+@pytest.mark.parametrize("form", [rs.WrenchBasis(), rs.SaddlePoint(), rs.Recursive()])
+@given(
+    chain=st.one_of(chains(joints=st.integers(2, 4), arrangements=("general",)),
+                    planar_chains(joints=st.integers(1, 2))),
+    random=st.randoms(use_true_random=False), factor=st.floats(-9, 9), exponent=st.floats(-3, 3),
+)  # fmt: skip
+def test_order_groups_and_sizes_of_columns_and_the_length_do_not_matter(
+    chain: FreeChain, random, factor: float, exponent: float, form
+):
+    C, J_q = chain.matrices()
+    n, groups, start = J_q.shape[1], [], 0
+    order = random.sample(range(n), n)
+    while start < n:
+        groups.append(tuple(order[start : start + random.randint(1, 3)]))
+        start += len(groups[-1])
+    if isinstance(form, rs.Recursive):
+        form = rs.Recursive(groups=tuple(groups))
+    result = rs.chain_stiffness(C, J_q)
+    if isinstance(form, rs.SaddlePoint) and np.any(result.redundant):
+        return  # it does not hold
+    other = J_q[:, order] * (10.0**factor) * np.where(np.arange(n) % 2, 1.0, -1.0)
+    length: dict[str, Any] = {"length": float(result.length) * 10**exponent}
+    for given_columns, more in ((J_q[:, order], {}), (other, {}), (J_q, length)):
+        found = rs.chain_stiffness(C, given_columns, form=form, **more)
+        assert int(found.rank) == int(result.rank)
+        assert np.count_nonzero(found.redundant) == np.count_nonzero(result.redundant)
+        assert distance(found.K, result.K, sizes_of=np.linalg.inv(C)) <= 1e-9

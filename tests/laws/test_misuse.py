@@ -13,9 +13,10 @@ import numpy as np
 import pint
 import pytest
 import sympy as sp
+from scipy.spatial.transform import RigidTransform
 
 import robostiff as rs
-from robostiff import elasticity, elastostatics, model, spatial
+from robostiff import elasticity, elastostatics, linkage, model, network, spatial
 from robostiff.analysis import indices
 from tests.plot.machines import hexapod_deflection, tripod_map
 from tests.said import now, on_file, said, write
@@ -56,13 +57,58 @@ def by_R() -> Any:
     return rs.compile(PLATFORM, parameters=("R",), backend=rs.Backend.ARRAYS)
 
 
+@cache
+def under_load(name: str) -> Any:
+    return rs.compile_loaded(rs.load(name), backend=rs.Backend.ARRAYS)
+
+
+def sprung(body: str, at: Any = (0, 0, 0), **values: Any) -> rs.Robot:
+    """A hexapod with a spring from its base to a point of a body."""
+    ends = rs.BodyPoint("base"), rs.BodyPoint(body, at)
+    return rs.load("hexapod").with_springs([rs.BodySpring("s", ends, 10.0, **values)])
+
+
+def graph(nodes: str = "ab", fixed: str = "a", platform: str = "b", **more: Any) -> rs.Network:
+    """Nodes a metre apart, by their letters."""
+    every = tuple(network.Node(name, np.eye(3)[0] * "ab".index(name)) for name in nodes)
+    return rs.Network("n", every, tuple(fixed), platform, every[-1].point, **more)
+
+
+def ball(name: str, a: str = "base", b: str = "platform") -> linkage.Connection:
+    return linkage.Connection(name, a, b, HERE, rs.spherical(rs.Passive(), name=name), HERE)
+
+
+def weld(a: str, b: str, x: float = 0.0) -> linkage.Connection:
+    at = rs.Frame(np.eye(3), np.array([x, 0, 0]))
+    return linkage.Connection(f"weld {x}", a, b, at, None, HERE)
+
+
+@cache
+def by_screw() -> Any:
+    return rs.compile(LIFT, backend=rs.Backend.ARRAYS)
+
+
+def mapped_linkage(**more: Any) -> Any:
+    given = {"poses": rs.Grid(screw=rs.Axis(0, 0.1, 2)), **more}
+    return rs.stiffness_map(LIFT, **given)
+
+
 def mapped(name: str, **more: Any) -> Any:
     return rs.stiffness_map(rs.load(name), **{"poses": rs.Grid(x=rs.Axis(0, 0.1, 2)), **more})
 
 
 PLATFORM = rs.load("gough-stewart-b", symbols=("R", "r", "k"))
+LIFT, HERE = rs.load_linkage("double-pantograph"), rs.Frame.identity()
+CABLES = rs.load("cable-8").cables
+A, B = (network.Node(name, x * np.eye(3)[0]) for name, x in (("a", 0), ("b", 1)))
+ROD = network.beam_between(A, B, rs.material("steel"), rs.circle(0.02), name="rod")
+MOVED = rs.Measurements(
+    *([[0, 0, 0.9, 0, 0, 0]], [[1e-6, 0, 2e-6]], [0, 0, -1.0, 0, 0, 0]),
+    kinds=rs.Reading.DISPLACEMENT, sigma=1e-6,
+)  # fmt: skip
 NAMES: dict[str, Any] = {
-    **{name: getattr(own, name) for own in (elasticity, elastostatics, model, spatial, indices, rs)
+    **{name: getattr(own, name)
+       for own in (elasticity, elastostatics, linkage, network, model, spatial, indices, rs)
        for name in dir(own) if not name.startswith("_")},
     **{"np": np, "sp": sp, "rs": rs, "Path": Path, "replace": replace, "nan": np.nan},
     **{"ROOT": PAGE.parents[2]},
@@ -72,7 +118,13 @@ NAMES: dict[str, Any] = {
     **{"platform": PLATFORM, "compiled": compiled, "by_R": by_R, "mapped": mapped},
     **{"tripod_map": tripod_map, "hexapod_deflection": hexapod_deflection},
     **{"DATA": rs.plot.PictureData()},
-    **{"steel": rs.material("steel"), "bar": rs.circle(0.02), "here": rs.Frame.identity()},
+    **{"steel": rs.material("steel"), "bar": rs.circle(0.02), "here": HERE, "Z": [0, 0, 1]},
+    **{"under_load": under_load, "sprung": sprung, "graph": graph, "a": A, "b": B, "rod": ROD},
+    **{"hub": model.PlatformNode("hub", np.zeros(3)), "rim": model.PlatformNode("rim", np.ones(3))},
+    **{"ball": ball, "weld": weld, "lift": LIFT, "by_screw": by_screw},
+    **{"mapped_linkage": mapped_linkage},
+    **{"endless": tuple(replace(own, greatest_tension=np.inf) for own in CABLES)},
+    **{"campaign": MOVED, "RigidTransform": RigidTransform},
 }  # fmt: skip
 
 

@@ -3,13 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.elasticity import circle, material
 from robostiff.kinematics import find_posture
 from robostiff.linkage import Connection, Linkage
-from robostiff.model import Coordinate, Joint
+from robostiff.model import Joint
 from robostiff.spatial import Frame
 
 
@@ -48,33 +46,3 @@ def drives_at(robot: rs.Robot, pose: np.ndarray) -> dict[str, np.ndarray]:
         for element, place in leg.chain.moving
         if isinstance(element.role, rs.Actuated)
     }
-
-
-def five_bar() -> rs.Robot:
-    """Two cranks and two rods of steel that meet in a hinge; the platform is the left rod's end."""
-    steel, bar = material("steel"), circle(0.02)
-    l, tip = 0.35, np.array([0.0, 0.5, 0.0])
-    angles = []
-    for x, side in ((-0.2, 1.0), (0.2, -1.0)):
-        way = tip - [x, 0, 0]
-        far = np.linalg.norm(way)
-        crank = np.arctan2(way[1], way[0]) + side * np.arccos(far / (2 * l))
-        rod = np.arctan2(way[1], way[0]) - side * np.arccos(far / (2 * l))
-        angles.append((crank, rod))
-    legs = []
-    for x, (crank, rod), name in zip((-0.2, 0.2), angles, ("left", "right"), strict=True):
-        chain = [
-            rs.revolute([0, 0, 1], rs.Actuated(3e4), home=[crank], name="motor"),
-            rs.beam_link([l, 0, 0], steel, bar, name="crank"),
-            rs.revolute([0, 0, 1], rs.Passive(), home=[rod - crank], name="elbow"),
-            rs.beam_link([l, 0, 0], steel, bar, name="rod"),
-        ]
-        if name == "right":
-            chain.append(
-                rs.revolute([0, 0, 1], rs.Passive(), home=[angles[0][1] - rod], name="tip")
-            )
-        base = Frame(np.eye(3), np.array([x, 0, 0]))
-        legs.append(rs.Leg(name, base, rs.Chain(tuple(chain)), Frame.identity()))
-    home = Frame(Rotation.from_rotvec([0, 0, angles[0][1]]).as_matrix(), tip)
-    xy = (Coordinate.X, Coordinate.Y)
-    return rs.Robot("five-bar", tuple(legs), home, np.zeros(3), xy)

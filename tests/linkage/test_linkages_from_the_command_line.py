@@ -28,20 +28,6 @@ def test_stiffness_and_deflection_at_values_of_joints(joints):
     np.testing.assert_allclose(found["deflection"], bent.twist, rtol=1e-9, atol=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "complaint"),
-    [
-        (("--joints", "skrew=1"), "did you mean screw?"),
-        (("--joints", "screw=1 deg"), "length"),
-        (("--pose", "0 0 1"), "moved by its joints"),
-    ],
-)
-def test_values_that_do_not_fit_are_bad_input(arguments, complaint):
-    outcome = run("stiffness", PANTOGRAPH, *arguments)
-    assert outcome.exit_code == 2
-    assert complaint in outcome.stderr
-
-
 def test_a_map_over_a_joint_also_of_legs(tmp_path):
     path = tmp_path / "map.nc"
     outcome = run("map", FOUR_BAR, "--joint", "crank -10 deg 10 deg 3", "-o", str(path))

@@ -85,12 +85,3 @@ def test_poses_of_joints_are_read_from_files(four_bar, tmp_path):
     path.write_text("crank [deg]\n0\n90\n")
     found = read_poses(four_bar, path)
     np.testing.assert_allclose(found.values((slice(0, 2),)), [[0, np.pi / 2]])
-
-
-def test_what_a_map_of_a_linkage_does_not_have_is_refused(four_bar):
-    with pytest.raises(rs.InputError, match="some of its joints: crank"):
-        rs.stiffness_map(four_bar, rs.Grid(x=rs.Axis(0, 1, 2)))
-    with pytest.raises(rs.InputError, match="loads of actuators"):
-        rs.stiffness_map(four_bar, GRID, [rs.Quantity.ACTUATOR_FORCES], wrench=F)
-    with pytest.raises(rs.InputError, match="near"):
-        rs.stiffness_map(four_bar, GRID, near=[0.1])

@@ -12,7 +12,7 @@ import robostiff as rs
 from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
 from robostiff.elastostatics import Status
 from robostiff.kinematics import ActuatorCoordinates
-from robostiff.model import Link, Passive
+from robostiff.model import Link
 from robostiff.spatial import Frame
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
@@ -75,8 +75,6 @@ def test_out_of_reach_is_a_status_with_the_gap():
     one = every[0]
     assert "100 mm" in one.advice[0]
     assert one.compliance is None
-    with pytest.raises(rs.NoAnswerError, match="do not close"):
-        _ = one.K
     C = rs.compliance(linkage, {"screw": [0.2, -0.1]})
     assert np.ma.getmaskarray(C)[:, 0, 0].tolist() == [True, False]
 
@@ -160,30 +158,3 @@ def _end(connection):
     """The frame of body b behind a bar that does not bend."""
     assert isinstance(connection.element, Link)
     return Frame(np.eye(3), np.asarray(connection.element.to)) @ connection.after
-
-
-@pytest.mark.parametrize(
-    ("values", "complaint"),
-    [
-        ({"crank": "a"}, "coordinates of 'crank'"),
-        ({"bell": 0.1}, "one of crank"),
-        ({"crank": [[0.1, 0.2]], "knee": [0, 0, 0]}, "as many poses"),
-        (np.zeros((2, 3)), "one pose a row"),
-    ],
-)
-def test_values_that_do_not_fit_are_refused(four_bar, values, complaint):
-    with pytest.raises(rs.InputError, match=complaint):
-        rs.stiffness(four_bar, values)
-
-
-def test_what_a_linkage_does_not_have_is_refused(four_bar):
-    with pytest.raises(rs.InputError, match="a linkage is solved as a whole"):
-        rs.stiffness(four_bar, method=rs.Block())
-    with pytest.raises(rs.InputError, match="near"):
-        rs.stiffness(four_bar, near=[0.1])
-    passive = tuple(
-        replace(c, element=replace(c.element, role=Passive())) if c.name == "crank" else c
-        for c in four_bar.connections
-    )
-    with pytest.raises(rs.InputError, match="no actuated joint"):
-        rs.stiffness(replace(four_bar, connections=passive), [0.1])

@@ -11,7 +11,6 @@ from robostiff import (
     Compiled,
     FileError,
     Grid,
-    InputError,
     Quantity,
     compliance,
     deflection,
@@ -19,9 +18,8 @@ from robostiff import (
     stiffness,
     stiffness_map,
 )
-from robostiff.elasticity import CrossSection, material
 from robostiff.kinematics import find_posture
-from robostiff.model import FlexiblePlatform, PlatformNode, Robot, platform_beam, rigid_member
+from robostiff.model import Robot
 from robostiff.network import network_of_snapshot
 from tests.cases.metric import distance
 from tests.cases.reference_case import case
@@ -158,18 +156,3 @@ def test_a_node_needs_a_platform_that_bends(tmp_path):
     path.write_text(text[:start] + text[stop:].replace(leg, "  platform: {node: end1}"))
     with pytest.raises(FileError, match="as the platform is rigid"):
         load(path)
-
-
-def test_names_of_nodes_and_parts_are_unique():
-    a, b = PlatformNode("a", np.zeros(3)), PlatformNode("b", np.array([1.0, 0, 0]))
-    beam = platform_beam(a, b, material("steel"), CrossSection(1e-4, 1e-9, 1e-9, 2e-9))
-    with pytest.raises(InputError, match="names of the nodes of the platform: got 'a'"):
-        FlexiblePlatform((a, a, b), (beam,), "a")
-    with pytest.raises(InputError, match="names of the parts of the platform: got 'beam'"):
-        FlexiblePlatform((a, b), (beam, beam), "a")
-    with pytest.raises(InputError, match="nodes of 'rigid'"):
-        FlexiblePlatform((a, b), (beam, rigid_member(a, a)), "a")
-    with pytest.raises(InputError, match="node of 'beam'"):
-        FlexiblePlatform((a,), (beam,), "a")
-    with pytest.raises(InputError, match="without connection to the others"):
-        FlexiblePlatform((a,), (), "a")

@@ -5,7 +5,6 @@ import pytest
 import sympy as sp
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from robostiff.errors import InputError
 from robostiff.model import Actuated, Chain, Leg, Rigid, Robot, revolute
 from robostiff.spatial import Frame
 
@@ -64,10 +63,3 @@ def test_no_float_enters_a_formula():
     moved = Frame.identity() @ Frame(np.eye(3), [L, 0.25, 0])  # pyright: ignore[reportArgumentType]
     assert moved.p.tolist() == [L, sp.Rational(1, 4), 0]
     assert not any(sp.sympify(entry).has(sp.Float) for entry in (*moved.R.flat, *moved.p))
-
-
-def test_batch_of_transforms_and_formulas_for_scipy_are_refused():
-    with pytest.raises(InputError, match="one RigidTransform"):
-        Frame.of(RigidTransform.identity(2))
-    with pytest.raises(InputError, match="formulas"):
-        _ = turned_about_z(a, L).rigid_transform

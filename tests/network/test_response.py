@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import robostiff as rs
 from robostiff.elasticity import BeamTheory, EulerBernoulli
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import NoAnswerError
 from robostiff.markup import page_text
 from robostiff.network import JointElement, Network, beam_between
 from robostiff.page import page_data, response_page
@@ -122,33 +122,6 @@ def test_rigid_parts_that_cannot_follow_their_supports():
     assert found.reactions == {}  # shared among rigid parts
     with pytest.raises(NoAnswerError, match="rigid parts cannot follow the supports"):
         rs.network_response(network, settlements={"a": [1e-3, 0, 0, 0, 0, 0]})
-
-
-@pytest.mark.parametrize(
-    ("loads", "settlements", "message"),
-    [
-        ({"tipp": [0, 0, 1]}, None, "node of a load: got 'tipp', expected one of a, b, c"),
-        ({"b": rs.DistributedForce([0, 0, 1])}, None, "beam of a load: got 'b'"),
-        ({"b": [0, 1]}, None, "load at node 'b'"),
-        ({"ab": rs.ForceOnBeam([0, 0, 1], 1.2)}, None, "distance of a force on beam 'ab'"),
-        ({"ab": rs.DistributedForce([0, 1])}, None, "force per length on beam 'ab'"),
-        ([0, 0, 1], None, "loads by names"),
-        (None, {"b": [0, 0, 1, 0, 0, 0]}, "node that settles: got 'b', expected a fixed node"),
-        (None, {"a": [0, 0, 1]}, "displacement of node 'a'"),
-    ],
-)
-def test_what_is_refused(loads, settlements, message):
-    with pytest.raises(InputError, match=message):
-        rs.network_response(straight(("a", "c")), loads, settlements=settlements)
-
-
-def test_a_tapered_beam_has_loads_at_its_ends_only():
-    network = straight(("a", "c"))
-    softer = network.beams[0].tip_compliance.copy()
-    softer[2, 2] *= 0.9
-    beams = (replace(network.beams[0], tip_compliance=softer), network.beams[1])
-    with pytest.raises(InputError, match="not that of a uniform beam"):
-        rs.network_response(replace(network, beams=beams), {"ab": rs.DistributedForce([0, 0, 1])})
 
 
 def test_quantities():

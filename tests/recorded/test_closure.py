@@ -20,6 +20,7 @@ from robostiff.recorded import RecordedClosure, record_closure
 from robostiff.recorded.newton_step import LegAtGuess, newton_step
 from robostiff.spatial import Frame
 from tests.generators.machines import elbow_arm
+from tests.generators.planted_poses import PoseSpace
 
 MODELS = Path(__file__).parent / "models"
 BACKENDS = [rs.Backend.ARRAYS, *([rs.Backend.MACHINE] if machine_code_is_available() else [])]
@@ -29,14 +30,6 @@ def robot_called(name: str) -> rs.Robot:
     path = MODELS / f"{name}.yaml"
     robot = rs.load(path if path.exists() else name)
     return robot
-
-
-def around_home(robot: rs.Robot, count: int, size: float, seed: int = 1) -> np.ndarray:
-    """Poses whose coordinates differ from home's by up to a part of the length, or radians."""
-    finder, chosen = PostureFinder(robot), robot.coordinate_places
-    step = size * np.where(np.array(chosen) < 3, finder.length, 1.0)
-    random = np.random.default_rng(seed).uniform(-1, 1, (count, len(chosen)))
-    return finder.home_pose[chosen] + step * random
 
 
 def closure_of(robot: rs.Robot) -> RecordedClosure:
@@ -64,7 +57,7 @@ def largest_difference(K: np.ndarray, expected: np.ndarray) -> float:
 @pytest.mark.parametrize("name", ["tricept", "exechon", "t3r1", "h4", "held-bars"])
 def test_stiffness_from_poses(name: str):
     robot = robot_called(name)
-    poses = around_home(robot, 30, 0.05 if name == "held-bars" else 0.12)
+    poses = PoseSpace(robot).beside(30, 0.05 if name == "held-bars" else 0.12)
     result = rs.stiffness(robot, poses)
     for backend in BACKENDS:
         compiled = rs.compile(robot, backend=backend)
@@ -81,7 +74,7 @@ def test_stiffness_from_poses(name: str):
 
 def test_a_loop_over_one_step_is_the_same_as_all_steps_written_out(monkeypatch):
     robot = robot_called("exechon")
-    poses = around_home(robot, 1500, 0.2)
+    poses = PoseSpace(robot).beside(1500, 0.2)
     monkeypatch.setattr("robostiff.analysis.recording.is_trusted", lambda *_: True)
     whole = rs.compile(robot, backend=rs.Backend.ARRAYS)
     monkeypatch.setattr(closed, "_LONGEST", 0)
@@ -102,7 +95,7 @@ def test_a_loop_over_one_step_is_the_same_as_all_steps_written_out(monkeypatch):
 
 def test_poses_far_from_home_take_more_steps():
     robot = robot_called("t3r1")
-    poses = around_home(robot, 600, 0.25)
+    poses = PoseSpace(robot).beside(600, 0.25)
     closure = closure_of(robot)
     _, arrived = arrivals(closure, poses)
     assert 0.02 < np.mean(~arrived) < 0.6
@@ -175,7 +168,7 @@ def test_an_arm_takes_poses_and_joint_coordinates():
     compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
     assert compiled.verified
     assert compiled.takes_joints
-    poses = around_home(robot, 40, 0.1)
+    poses = PoseSpace(robot).beside(40, 0.1)
     result = rs.stiffness(robot, poses)
     answer = compiled.evaluate(poses)
     np.testing.assert_array_equal(answer.status_codes, result.status_codes)
@@ -190,7 +183,7 @@ def test_a_rod_that_spins_is_held_where_it_is_at_home():
     robot = robot_called("sps-wrist")
     spins = [name.split("/")[0] for name in closure_of(robot).held]
     assert spins == ["strut1", "strut2", "strut3"]
-    poses = around_home(robot, 40, 0.2)
+    poses = PoseSpace(robot).beside(40, 0.2)
     compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
     assert compiled.verified
     assert compiled.kernel.inputs == ("rx", "ry", "rz")
@@ -207,7 +200,7 @@ def test_a_chain_that_folds_freely_has_no_steps():
     assert closure_of(robot).held
     compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
     assert compiled.kernel.inputs[0] == "l1/0"
-    poses = around_home(robot, 10, 0.02)
+    poses = PoseSpace(robot).beside(10, 0.02)
     answer, result = compiled.evaluate(poses), rs.stiffness(robot, poses)
     np.testing.assert_array_equal(answer.status_codes, result.status_codes)
     np.testing.assert_allclose(answer.values["K"], result.K, atol=1e-9 * np.max(result.K))

@@ -177,9 +177,42 @@ def same_as_each(
         assert np.allclose(many.displacement[k], one.displacement, rtol=rtol, atol=atol)
 
 
-def bodies_of(robot: rs.Robot) -> Assembly:
-    """A robot at home as bodies in the world, from the numbers of its model."""
-    posture = rs.find_posture(robot)
+def bodies_of(robot: rs.Robot, pose: Any = None) -> Assembly:
+    """A robot at a pose, or at home, as bodies in the world, from the numbers of its model."""
+    posture = rs.find_posture(robot, pose)
     six, length = posture.pose[0], float(posture.snapshot.one(0).characteristic_length)
     home = placed(turned(six[3:]), six[:3])
     return of_robot(robot, [q[0] for q in posture.coordinates], home, length)
+
+
+def spring(first: rs.BodyPoint, second: rs.BodyPoint, **values: Any) -> rs.BodySpring:
+    return rs.BodySpring(f"{first.body} {second.body}", (first, second), **values)
+
+
+def on(body: str, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> rs.BodyPoint:
+    return rs.BodyPoint(body, [x, y, z])
+
+
+# Bodies of an arm, its base and its platform; of legs that were struts without, under gravity; of
+# the plane; and of the parallel blocks of legs, before them and behind.
+UPPER, TOOL = on("arm/upper arm", 0, 0.1, 0.1), on("platform", 0, 0, 0.05)
+SPRINGS = {
+    "six-joint-arm": (
+        spring(on("base", 0.1, 0, 0.2), UPPER, stiffness=2e4, free_length=0.1),
+        spring(UPPER, TOOL, stiffness=1e4, preload=300.0),
+        spring(TOOL, on("base", 0.5, 0.5, 0.5), stiffness=5e4, free_length=0.0),
+    ),
+    "hexapod": (
+        spring(on("base", 0.1, 0, 0), on("platform", 0, 0.1, 0), stiffness=2e5, preload=2e3),
+        spring(on("leg2/strut", 0.02), on("base", 0.5, 0.5, 0.3), stiffness=1e5, free_length=0.2),
+    ),
+    "3-rpr-beams": (
+        spring(on("base", 0.1, 0.1), on("platform", 0.02, 0.03), stiffness=3e4, preload=-100.0),
+        spring(on("leg1/strut", 0, 0.02), on("platform", 0.02), stiffness=1e4, free_length=0.1),
+    ),
+    "orthoglide": (
+        spring(on("leg-x/parallelogram"), on("base", 0.4, 0.3, 0.2), stiffness=3e3, preload=20.0),
+        spring(on("leg-y/drive", 0, 0.1), TOOL, stiffness=2e3, free_length=0.05),
+        spring(on("leg-x/parallelogram"), on("leg-y/drive", 0, 0.1), stiffness=3e3, preload=20.0),
+    ),
+}

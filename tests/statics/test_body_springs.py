@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.errors import InputError
 from robostiff.model import PlacedBlock, PlacedBodySpring, PlacedFreedom, PlacedLeg
 from robostiff.spatial import Space
 from tests.cases.metric import distance
@@ -188,19 +187,3 @@ def test_drives_that_are_rigid_hold_springs_and_loads_before_and_behind_blocks(
     np.testing.assert_allclose(answers[0].displacement, answers[1].displacement, atol=1e-14)
     without = loaded(robot, wrench=wrench)
     assert distance(answers[0].K, without.K) > 1e-3
-
-
-def test_what_cannot_be_is_refused():
-    robot = pendulum(0.3, 100.0)
-    with pytest.raises(InputError, match=r"rs\.equilibrium\(robot, pose\)\.K"):
-        rs.stiffness(robot)
-    spring = held("base", "rod/hing", points=([0, 1, 0], [0, 0, 0]), k=1.0)
-    with pytest.raises(InputError, match="rod/hinge"):
-        loaded(replace(robot, springs=(spring,)))
-    spring = held("base", "rod/hinge", points=([0, 0, 0], [0, 0, 0]), k=1.0, tension=3.0)
-    with pytest.raises(InputError, match="both ends in one point"):
-        loaded(replace(robot, springs=(spring,)))
-    with pytest.raises(InputError, match="free_length or preload"):
-        rs.BodySpring("s", (rs.BodyPoint("base"), rs.BodyPoint("platform")), 10.0)
-    with pytest.raises(InputError, match="two bodies"):
-        rs.BodySpring("s", (rs.BodyPoint("base"), rs.BodyPoint("base")), 10.0, free_length=0)

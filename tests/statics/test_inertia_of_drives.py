@@ -31,8 +31,6 @@ def test_a_rotor_vibrates_beside_its_arm():
         assert np.allclose(found, np.sqrt(exact) / (2 * np.pi), rtol=1e-9)
         alone = rs.modes(arm).frequencies  # without any other mass
         assert np.allclose(alone, np.sqrt(k / J) / (2 * np.pi), rtol=1e-9)
-    with pytest.raises(rs.InputError, match="inertia of the drive"):
-        rs.Actuated(k, inertia=-1.0)
 
 
 def test_model_files_and_snapshots_keep_it(tmp_path: Path):

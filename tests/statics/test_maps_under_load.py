@@ -89,18 +89,6 @@ def test_a_kernel_has_the_weights_and_the_preloads_of_a_map():
     assert np.allclose(slow.displacement[1], one.displacement[:3], rtol=1e-6)
 
 
-def test_what_does_not_fit_is_refused():
-    robot, grid = rs.load("hexapod"), rs.Grid(x=rs.Axis(0, 0.1, 2))
-    with pytest.raises(rs.InputError, match=r"parts has the loads on drives"):
-        rs.stiffness_map(robot, grid, [rs.Quantity.ACTUATOR_FORCES], method=rs.UnderLoad())
-    with pytest.raises(rs.InputError, match=r"by of UnderLoad"):
-        rs.stiffness_map(robot, grid, method=rs.UnderLoad(by="kernel"))  # type: ignore[arg-type]
-    with pytest.raises(rs.InputError, match=r"coordinate of 'hexapod'.*Fz"):
-        rs.stiffness_map(robot, rs.Grid(x=rs.Axis(0, 0.1, 2), Fz=rs.Axis(0, 1, 2)))
-    with pytest.raises(rs.InputError, match=r"UnderLoad\(\)"):
-        rs.stiffness_map(robot, grid, method="under load")  # type: ignore[arg-type]
-
-
 def test_the_command_takes_factors_and_gravity():
     words = ["map", "gough-stewart-b", "--wrench", "0 0 -50 MN 0 0 0", "--quantity", "deflection"]
     run = Running()

@@ -14,7 +14,7 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.network import JointElement, Network, Node, beam_between
 from robostiff.spatial import Frame, Space
-from tests.statics.robots_under_load import beam, column, joint
+from tests.statics.robots_under_load import column, joint
 
 TURN = 2 * np.pi
 ONE = rs.Bowing(elements=1)
@@ -56,16 +56,6 @@ def test_soft_drives_keep_their_frequencies_beside_a_spring_that_is_almost_rigid
     C = J @ np.diag([1 / 500, 1 / 200]) @ J.T
     exact = 1 / np.sqrt(eigh(C, np.diag(1 / np.array([8, 8, 0.1])), eigvals_only=True)[:0:-1])
     assert np.allclose(found.frequencies[:2], exact / TURN, rtol=1e-7)
-
-
-def cantilever(n: int, L: float, EI: float) -> Snapshot:
-    ends = np.linspace(0, L, n + 1)
-    beams = tuple(
-        beam(f"b{i + 1}", [a, 0, 0], [b, 0, 0], 1e8, EI, EI)
-        for i, (a, b) in enumerate(itertools.pairwise(ends))
-    )
-    tip = np.array([L, 0, 0])
-    return Snapshot("cantilever", (PlacedLeg("leg", beams, tip),), tip)
 
 
 def exact_frequencies(
@@ -161,28 +151,6 @@ def test_double_cross_of_nafems():
     found = rs.modes(network, beams=ONE).frequencies[:16]
     published = [11.336, *[17.709] * 7, 45.345, *[57.390] * 7]
     assert np.allclose(found, published, rtol=6e-3)
-
-
-def test_misuse():
-    robot = rs.load("hexapod")
-    with pytest.raises(rs.InputError, match="expected masses of bodies"):
-        rs.modes(rs.load("gough-stewart-b"))
-    weightless = rs.beam_link([0.5, 0, 0], rs.material("steel"), circle(0.02), mass=0.0)
-    with pytest.raises(rs.InputError, match="expected masses of bodies"):
-        rs.modes(model_arm(weightless))
-    with pytest.raises(rs.InputError, match="masses of modes: got 10, expected masses by"):
-        rs.modes(robot, masses=10)  # pyright: ignore[reportArgumentType, reportCallIssue]
-    with pytest.raises(rs.InputError, match="more than zero"):
-        rs.modes(robot, masses={"platform": -1.0})
-    with pytest.raises(rs.InputError, match=r"masses: got 'leg1/strutt', .* such as 'leg1/strut"):
-        rs.modes(robot, masses={"leg1/strutt": 1.0})
-    with pytest.raises(rs.InputError, match="the other two together"):
-        rs.modes(robot, masses={"platform": rs.Mass(1.0, inertia=[1, 1, 3])})
-    with pytest.raises(rs.InputError, match="symmetric"):
-        rs.modes(robot, masses={"platform": rs.Mass(1.0, inertia=[1, 1])})
-    nowhere = rs.modes(rs.load("hexa"), [0, 0, -9, 0, 0, 0], {"platform": 1.0})
-    with pytest.raises(rs.NoAnswerError, match="unreachable"):
-        _ = nowhere.frequencies
 
 
 def model_arm(*elements: object, **options: object) -> rs.Robot:

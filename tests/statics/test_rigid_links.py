@@ -9,38 +9,20 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.model import (
-    Chain,
-    Link,
-    ParallelBlock,
-    PlacedBlock,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-)
+from robostiff.model import Chain, Link, ParallelBlock, PlacedFreedom
 from robostiff.network import JointElement, Network, Node
 from robostiff.spatial import Frame
 from tests.campaign.bodies import elastic_energy
 from tests.campaign.minima import least
 from tests.cases.metric import distance
+from tests.generators.chains import on_rigid_links
 from tests.statics.robots_under_load import bodies_of, loaded
 
 
 def with_rigid_links(name: str) -> rs.Snapshot:
     """A shipped robot at home, its links rigid and its drives elastic."""
     snapshot = rs.find_posture(rs.load(name)).snapshot.one(0)
-
-    def stripped(leg: PlacedLeg) -> PlacedLeg:
-        kept = [e for e in leg.elements if not isinstance(e, PlacedSpring)]
-        elements = [
-            replace(e, branches=tuple(map(stripped, e.branches)))
-            if isinstance(e, PlacedBlock)
-            else e
-            for e in kept
-        ]
-        return replace(leg, elements=tuple(elements), masses=())
-
-    return replace(snapshot, legs=tuple(map(stripped, snapshot.legs)))
+    return replace(snapshot, legs=tuple(map(on_rigid_links, snapshot.legs)))
 
 
 def of_rigid_links(name: str) -> rs.Robot:

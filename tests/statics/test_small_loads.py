@@ -8,8 +8,7 @@ import pytest
 import robostiff as rs
 from robostiff.model import PlacedBodySpring, PlacedLeg
 from robostiff.spatial import Space
-from tests.statics.robots_under_load import joint, loaded
-from tests.statics.test_springs_in_kernels import ROBOTS
+from tests.statics.robots_under_load import SPRINGS, joint, loaded
 from tests.statics.test_weights import arm, rod
 
 
@@ -58,23 +57,13 @@ def test_a_gravity_of_the_robot_is_no_part_of_a_deflection():
     assert np.allclose(with_loads.twist, rs.deflection(robot, None, F).twist, rtol=1e-12)
 
 
-def test_loads_that_drive_a_free_motion_and_slips():
+def test_loads_that_drive_a_free_motion_and_poses_out_of_reach():
     robot = rs.load("planar-link")
     bent = rs.deflection(robot, loads={"platform": rs.DeadForce([0, -1, 0], [9.0, 0, 0])})
     assert rs.Status.UNBALANCED in bent.status
     assert not bent.has_answer
     unreached = rs.deflection(rs.load("3-puu"), [1, 0, 0.3], gravity="-z")
     assert rs.Status.UNREACHABLE in unreached.status
-    with pytest.raises(rs.InputError, match="one pose"):
-        rs.deflection(rs.load("3-puu"), [[0, 0, 0.3], [0, 0, 0.31]], gravity="-z")
-    with pytest.raises(rs.InputError, match="a robot without masses"):
-        rs.deflection(rs.load("gough-stewart-b"), gravity="-z")
-    with pytest.raises(rs.InputError, match="wrench"):
-        rs.deflection(rs.load("hexapod"))
-    hexapod = rs.load("hexapod")
-    sunk = rs.deflection(hexapod, gravity="-z")
-    with pytest.raises(rs.InputError, match="forces or weights at bodies"):
-        rs.plot.robot(hexapod, deflection=sunk)
 
 
 @pytest.mark.parametrize(
@@ -84,7 +73,7 @@ def test_springs_between_bodies_are_the_limit_of_an_equilibrium(name: str, body:
     """Between base, bodies and platform, without tension where the robot is."""
     springs = tuple(
         rs.BodySpring(f"s{i}", own.between, stiffness=2e4, preload=0.0)
-        for i, own in enumerate(ROBOTS[name])
+        for i, own in enumerate(SPRINGS[name])
     )
     robot, small = rs.load(name).with_springs(springs), 1e-6
     F, load = np.array([20.0, -15, -40, 3, -4, 2]), np.array([3, 0, -20.0])

@@ -149,29 +149,3 @@ legs:
     k = 206e9 * np.pi * {"d": 0.03, "r": 0.015}[name] ** 2 / (4 * 1.2) * 3 * 1.44
     K = rs.stiffness(rs.load(file), rs.JointCoordinates([0.2])).K
     assert K[0, 0] == pytest.approx(1 / (1 / k + 1e-12), rel=1e-12)
-
-
-def test_misuse(tmp_path: Path):
-    text = robot_file("3-puu").read_text()
-
-    def written(law: str) -> str:
-        file = tmp_path / "robot.yaml"
-        file.write_text(text.replace("stiffness: k}", law + "}"))
-        return str(file)
-
-    with pytest.raises(rs.InputError, match="with limits"):
-        rs.load(written('stiffness: "k*q/(1 m)"'))
-    with pytest.raises(rs.InputError, match="sums, products and quotients"):
-        rs.load(written('stiffness: "k*sin(q/(1 m))", limits: [0.1 m, 1 m]'))
-    with pytest.raises(rs.InputError, match="positive one between the limits"):
-        rs.load(written('stiffness: "k*(1 - q/(1 m))", limits: [0.1 m, 1.2 m]'))
-    with pytest.raises(rs.InputError, match="stiffness"):
-        rs.load(written('stiffness: "k*q", limits: [0.1 m, 1.2 m]'))
-    k, limits = SCREW.split(", limits: ")
-    robot = rs.load(written(f'stiffness: "{k}", limits: {limits}'))
-    with pytest.raises(rs.InputError, match="constant stiffnesses"):
-        rs.compile_loaded(robot)
-    q = sp.Symbol("q")
-    lawful = replace(rs.load("3-puu"), laws={"leg1/drive": rs.ForceLaw(2e7 * q + 1e9 * q**3)})
-    with pytest.raises(rs.InputError, match="constant stiffnesses"):
-        rs.compile_loaded(lawful)

@@ -22,7 +22,6 @@ from tests.analysis.indices.machines import (
     random_body,
 )
 from tests.generators.metric import distance
-from tests.generators.robots import FreeRobot, robots
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -46,25 +45,13 @@ def all_of(found: Eigenscrews) -> tuple:
     return (*found.wrenches, *found.twists)
 
 
-@given(SEEDS, st.integers(1, 5))
-def test_eigenscrews_are_all_of_a_singular_K(seed: int, number: int):
+@given(SEEDS, st.integers(1, 6))
+def test_eigenscrews_are_all_of_K(seed: int, number: int):
     result = on_struts(seed, number)
     found = eigenscrews(result)
     assert distance(rebuilt(found, result.reference_point), result.K) <= 1e-6
     held = sum(k.stiffness > 0 for k in all_of(found))
     assert held == int(result.rank) == number
-
-
-@given(robots())
-def test_eigenscrews_are_all_of_K_of_any_robot(robot: FreeRobot):
-    result = rs.stiffness(robot.snapshot)
-    if not result.answered:
-        return
-    found = eigenscrews(result)
-    # what is far stiffer elsewhere rounds what is soft
-    allowed = max(1e-6, 10 * robot.rounding())
-    assert distance(rebuilt(found, result.reference_point), result.K) <= allowed
-    assert sum(k.stiffness > 0 for k in all_of(found)) == int(result.rank)
 
 
 @given(SEEDS)

@@ -20,7 +20,6 @@ from robostiff.recorded import robot as recorded_robot
 from tests.generators.kernel_robots import thin_legs
 
 ARRAYS = rs.Backend.ARRAYS
-GRID = rs.Grid(x=rs.Axis(-0.01, 0.01, 3), rz=rs.Axis(0, 0.1, 2))
 
 
 def wrong_entry(recorded: RecordedRobot) -> RecordedRobot:

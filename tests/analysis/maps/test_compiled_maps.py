@@ -91,11 +91,6 @@ def test_what_kernels_cannot_do_is_left_to_the_batched_form(name, poses, quantit
         checked_job(robot, source, quantities, wrench=wrench, method=Compiled())
 
 
-def test_a_method_is_an_object():
-    with pytest.raises(rs.InputError, match=r"Compiled\(\), Batched\(\) or UnderLoad\(\)"):
-        rs.stiffness_map(loaded("3-rpr"), Grid(x=Axis(0, 0.1, 2)), method="batched")  # pyright: ignore
-
-
 def test_maps_by_both_methods_are_the_same():
     robot = loaded("hexapod")
     grid = Grid(x=Axis(-0.1, 0.1, 5), z=Axis(0.6, 1.4, 9), rz=Axis(-0.3, 0.3, 3))

@@ -119,16 +119,6 @@ def test_progress_is_reported_to_the_end():
     assert reported[-1].rate > 0
 
 
-GRID = Grid(x=Axis(0, 0.1, 2))
-
-
-def test_a_snapshot_has_no_map():
-    from robostiff.kinematics import find_posture
-
-    with pytest.raises(InputError, match="frozen"):
-        rs.stiffness_map(find_posture(loaded("hexapod")).snapshot.one(0), GRID)  # pyright: ignore
-
-
 def test_joint_coordinates_choose_the_posture_of_all_poses(tmp_path):
     """As `stiffness` with ``near``; such a map is another map than that of home's posture."""
     robot = loaded("3-rrr")

@@ -286,8 +286,3 @@ def test_the_command_makes_a_map_and_draws_it(tmp_path):
     assert re.search(r"least least tension +20 N", result.output)
     assert picture.stat().st_size > 1000
     assert "least_tension" in read_map(tmp_path / "map.nc")
-
-
-def test_tensions_of_other_robots_are_refused():
-    with pytest.raises(rs.InputError, match="no cables"):
-        rs.stiffness_map(rs.load("3-rpr"), rs.Grid(x=rs.Axis(0, 0.1, 2)), [Quantity.TENSIONS])

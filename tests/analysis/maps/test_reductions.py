@@ -12,7 +12,7 @@ from robostiff import Quantity, Threads
 from tests.analysis.maps.robots import loaded
 from tests.analysis.maps.test_stores import Interruption, interrupted_after
 
-POSES = rs.RandomPoses(9_000, {"x": (-0.4, 0.4), "y": (-0.4, 0.4), "rz": (-0.5, 0.5)}, seed=3)
+POSES = rs.RandomPoses(4_000, {"x": (-0.4, 0.4), "y": (-0.4, 0.4), "rz": (-0.5, 0.5)}, seed=3)
 QUANTITIES = [Quantity.PRINCIPAL_STIFFNESS, Quantity.WORST_DEFLECTION, Quantity.STIFFNESS]
 LIMITS = np.array([1e4, 1e6])
 ALL = [

@@ -1,0 +1,158 @@
+"""Closed forms, statuses, metrics and maps of indices; definitions are in tests/campaign."""
+
+# What a regular robot has is optional for others: a None fails these tests by itself.
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+# pyright: reportOptionalOperand=false, reportCallIssue=false, reportOptionalSubscript=false
+# pyright: reportOperatorIssue=false
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+import robostiff as rs
+from robostiff.analysis import measures
+from robostiff.analysis.indices import (
+    anisotropy,
+    collinear_stiffness,
+    condition_number,
+    directional_stiffness,
+    eigenstiffness,
+    principal_stiffness,
+    stiffness_about_axis,
+    virtual_work,
+    worst_deflection,
+)
+from robostiff.spatial import move_stiffness, skew
+from tests.analysis.indices.machines import body_on_spring, clamped_beam, planar_body, random_body
+
+SEEDS = st.integers(0, 2**32 - 1)
+LENGTHS = st.floats(0.05, 5.0)
+
+
+def test_a_cantilever_pushed_at_its_tip():
+    L = 0.8
+    result, beam = clamped_beam(L, np.eye(3))
+    held, free = principal_stiffness(result), collinear_stiffness(result)
+    EA, GJ, EIy, EIz = beam["EA"], beam["GJ"], beam["EIy"], beam["EIz"]
+    assert np.allclose(held.translational, [12 * EIy / L**3, 12 * EIz / L**3, EA / L])
+    assert np.allclose(free.translational, [3 * EIy / L**3, 3 * EIz / L**3, EA / L])
+    assert np.allclose(np.sort(held.rotational), np.sort([GJ / L, 4 * EIy / L, 4 * EIz / L]))
+    assert np.allclose(np.sort(free.rotational), np.sort([GJ / L, EIy / L, EIz / L]))
+    worst = worst_deflection(result)
+    assert np.isclose(worst.translational, L**3 / (3 * EIy))
+    assert np.allclose(worst.translational_direction, [0, 0, 1])
+
+
+def test_diagonal_springs():
+    found = anisotropy(body_on_spring(np.diag([1e5, 2e5, 4e5, 30.0, 60.0, 30.0])))
+    assert np.allclose([found.translational, found.rotational], [4.0, 2.0])
+    k, L = 1e5, 0.2
+    result = body_on_spring(np.diag([k] * 3 + [k * L**2] * 3))
+    found = condition_number(result, length=L)
+    assert np.allclose([found.two_norm, found.frobenius], 1.0)
+    assert np.isclose(condition_number(result, length=2 * L).two_norm, 4.0)
+    work = virtual_work(result, length=L)
+    assert np.allclose([work.worst, work.mean], 0.5 / k)
+
+
+@given(SEEDS)
+def test_stiffness_along_a_line_is_what_gauges_measure(seed: int):
+    """Whatever the length of the vector that is given; in the plane about z alone."""
+    u = np.random.default_rng(seed + 1).normal(size=3)
+    for result, n, axis in ((random_body(seed), 3, u), (planar_body(seed), 2, np.array([0, 0, 1]))):
+        C, K = result.required_compliance(), result.K
+        v = u[:n] / np.linalg.norm(u[:n])
+        w = axis[3 - len(K) + n :] / np.linalg.norm(axis)
+        for along, unit, part in (
+            (directional_stiffness(result, 5 * u[:n]), v, slice(0, n)),
+            (stiffness_about_axis(result, -3 * axis), w, slice(n, None)),
+        ):
+            assert np.isclose(along.free, 1 / (unit @ C[part, part] @ unit), rtol=1e-9)
+            assert np.isclose(along.held, unit @ K[part, part] @ unit, rtol=1e-9)
+
+
+@given(SEEDS, LENGTHS)
+def test_indices_of_maps_are_those_of_a_pose(seed: int, length: float):
+    result = random_body(seed)
+    held, K = principal_stiffness(result), result.K[None]
+    of_maps = measures.stiffness_indices(K, np.array([6]), length)
+    for value, other in (
+        ([*held.translational, *held.rotational], measures.principal_stiffnesses(K)[0]),
+        (
+            worst_deflection(result).translational,
+            measures.worst_deflection(result.required_compliance()[None])[0],
+        ),
+        (eigenstiffness(result, length=length).values[0], of_maps["smallest_eigenvalue"][0]),
+        (condition_number(result, length=length).isotropy, of_maps["isotropy"][0]),
+    ):
+        np.testing.assert_allclose(other, value, rtol=1e-8)
+
+
+def test_a_robot_whose_legs_meet():
+    """Forces through the apex are met, and what turns about it is not."""
+    robot = rs.load("gough-stewart-a")
+    result = rs.stiffness(robot)
+    across, along = (directional_stiffness(result, u) for u in ([1, 0, 0], [0, 0, 1]))
+    assert across.free == 0.0
+    assert rs.Status.UNBALANCED in across.status
+    assert rs.Status.UNBALANCED not in along.status
+    # what a force along z meets is the deflection under it
+    assert np.isclose(along.free, 1 / rs.deflection(robot, wrench=[0, 0, 1, 0, 0, 0]).twist[2])
+    worst, work, condition = (
+        worst_deflection(result),
+        virtual_work(result),
+        condition_number(result),
+    )
+    for lacking in (worst.translational, worst.rotational, work.worst, condition.two_norm,
+                    condition.frobenius, anisotropy(result).translational):  # fmt: skip
+        assert lacking is None
+    assert rs.Status.UNBALANCED in worst.status
+    assert rs.Status.UNBALANCED in work.status
+    assert np.isclose(worst.translational_direction[2], 0.0)
+    assert condition.isotropy == 0.0
+    apex = result.about(np.array([0.0, 0, 2]))
+    held, free = principal_stiffness(apex), collinear_stiffness(apex)
+    assert np.array_equal(held.rotational, np.zeros(3))
+    assert np.allclose(free.translational, held.translational, rtol=1e-12)
+    assert np.all(free.translational > 0)
+    assert worst_deflection(apex).translational is not None
+
+
+@given(SEEDS, SEEDS)
+def test_with_inertia_as_metric_no_reference_point_matters(seed: int, other: int):
+    """The inertia over the mass of a random body; eigentwists are conjugate in it and in K."""
+    result, rng, M = random_body(seed), np.random.default_rng(seed), np.zeros((6, 6))
+    for p in rng.uniform(-0.5, 0.5, (8, 3)):
+        J = np.hstack([np.eye(3), -skew(p)])  # velocity of a point mass
+        M += J.T @ J / 8
+    found = eigenstiffness(result, metric=M)
+    X = found.twists.T
+    assert np.allclose(X.T @ M @ X, np.eye(6), atol=1e-9)
+    assert np.allclose(X.T @ result.K @ X, np.diag(found.values), atol=1e-8 * found.values[-1])
+    assert found.length is None
+    v = np.random.default_rng(other).uniform(-1, 1, 3)
+    there = eigenstiffness(result.about(result.reference_point + v), metric=move_stiffness(M, v))
+    assert np.allclose(there.values, found.values, rtol=1e-6)
+
+
+@given(SEEDS, LENGTHS, st.sampled_from([1e3, 1e-3, 1 / 0.0254]))
+def test_the_unit_of_length_does_not_matter(seed: int, length: float, per_metre: float):
+    """A machine `per_metre` times as large in a unit as much larger is the same machine."""
+    result = random_body(seed)
+    s = np.array([1.0] * 3 + [per_metre] * 3)
+    scaled = body_on_spring(result.K * np.outer(s, s) / per_metre**2)
+    one = condition_number(result, length=length)
+    two = condition_number(scaled, length=per_metre * length)
+    assert np.isclose(one.two_norm, two.two_norm, rtol=1e-8)
+    assert np.isclose(one.frobenius, two.frobenius, rtol=1e-8)
+    # forces in N, lengths in the other unit: stiffness per length
+    values = eigenstiffness(scaled, length=per_metre * length).values
+    assert np.allclose(
+        values * per_metre**2, eigenstiffness(result, length=length).values, rtol=1e-8
+    )
+
+
+def test_virtual_work_is_what_deflection_stores():
+    robot = rs.load("hexapod")
+    found = virtual_work(rs.stiffness(robot), length=0.3)
+    assert np.isclose(rs.deflection(robot, wrench=found.worst_wrench).energy, found.worst)
