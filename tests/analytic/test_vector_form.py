@@ -132,21 +132,6 @@ def test_carriages_ahead_and_behind_are_a_sign_in_the_table(forms):
     assert set(form.columns) == {"a_iy", "psi_i", "sigma_i"}
 
 
-def test_all_languages_write_it():
-    """Text is among the printed formulas."""
-    derivation = rs.derive("gough-stewart-b", symbols=("R", "r", "k"), pose=AtSymbols())
-    latex = derivation_latex(derivation)
-    assert r"\mathbf{d}_{i} &= \mathbf{p} + \mathbf{Q} \mathbf{b}_{i} - \mathbf{a}_{i}" in latex
-    assert r"leg3 & $\frac{2 \pi}{3}$ & $\pi$ \\" in latex
-    assert "| leg1 | $0$ | $\\frac{\\pi}{3}$ |" in derivation_markdown(derivation)
-    assert "<table>" in derivation_html(derivation)
-    assert "bold(upright(d))_(i) = " in derivation_typst(derivation)
-    assert copy.deepcopy(derivation).vectors == derivation.vectors
-    given = derivation.subs({"k": 1e8})
-    assert given.vectors is not None
-    assert {str(s) for s in derivation.symbols} - {str(s) for s in given.symbols} == {"k"}
-
-
 def test_steps_that_are_asked_for_follow_the_vectors():
     derivation = rs.derive("gough-stewart-b", pose=AtSymbols(), form=Steps())
     lines = derivation_text(copy.deepcopy(derivation)).splitlines()

@@ -9,6 +9,7 @@ import xarray
 
 import robostiff as rs
 from tests.cli.running import Running
+from tests.files import text_of
 
 
 @pytest.fixture(autouse=True)
@@ -122,19 +123,7 @@ def test_joints_random_poses_and_other_options():
     assert again.stdout == outcome.stdout
 
 
-ARM = """
-robostiff: 1
-name: an arm whose slide is called x, and lies across x
-source: made up
-HOME
-legs:
-  - name: arm
-    chain:
-      - {type: revolute, name: a, axis: z, role: actuated, stiffness: 1e5 N m/rad}
-      - {type: spring, name: s, stiffness: [1e7, 1e7, 1e7, 1e5, 1e5, 1e5]}
-      - {type: prismatic, name: x, axis: y, role: actuated, stiffness: 1e6 N/m}
-      - {type: spring, name: t, stiffness: [1e7, 1e7, 1e7, 1e5, 1e5, 1e5]}
-"""
+ARM = text_of("arm-with-a-slide-x.yaml")
 
 
 def test_a_joint_with_the_name_of_a_pose_coordinate_is_that_joint():

@@ -7,19 +7,11 @@ import pytest
 import robostiff as rs
 from robostiff import extras
 from robostiff.io.rigid_tree import XmlLimits, read_xml
+from tests.files import text_of
 from tests.io.urdf.examples import with_side
 
 SIDE = 'robostiff: 1\nsource: chosen here\ntool: b\njoints: {"*": {stiffness: 1e4}}\n'
-ARM = """<robot name="arm">
-  <link name="a"><visual><geometry><mesh filename="package://nowhere/a.stl"/></geometry></visual></link>
-  <link name="b"/>
-  <joint name="j" type="revolute">
-    <parent link="a"/> <child link="b"/>
-    <origin xyz="0 0 1" rpy="0 0 0"/> <axis xyz="0 1 0"/>
-    <limit lower="-1" upper="1" effort="1" velocity="1"/>
-  </joint>
-</robot>
-"""
+ARM = text_of("arm-of-one-joint.urdf")
 
 
 def _file(folder, text, name="arm.urdf"):

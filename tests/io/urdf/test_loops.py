@@ -5,6 +5,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.linkage import close
+from tests.files import text_of
 from tests.io.urdf.examples import (
     matrix_distance,
     needs_examples,
@@ -145,37 +146,8 @@ legs:
         assert matrix_distance(K, wanted) < 1e-9
 
 
-FIVE_BAR = """
-<robot name="five bar"><link name="ground"/><link name="left"/><link name="left rod"/>
-<link name="right"/><link name="right rod"/><link name="bridge"/>
-<joint name="left crank" type="continuous"><parent link="ground"/><child link="left"/>
-  <axis xyz="0 0 1"/></joint>
-<joint name="left elbow" type="continuous"><parent link="left"/><child link="left rod"/>
-  <origin xyz="0 0.3 0"/><axis xyz="0 0 1"/></joint>
-<joint name="right crank" type="continuous"><parent link="ground"/><child link="right"/>
-  <origin xyz="0.2 0 0"/><axis xyz="0 0 1"/></joint>
-<joint name="right elbow" type="continuous"><parent link="right"/><child link="right rod"/>
-  <origin xyz="0 0.3 0"/><axis xyz="0 0 1"/></joint>
-<joint name="brace" type="continuous"><parent link="left"/><child link="bridge"/>
-  <origin xyz="0 0.15 0"/><axis xyz="0 0 1"/></joint>
-</robot>
-"""
-FIVE_BAR_SIDE = """
-robostiff: 1
-source: chosen here
-tool: {link: left rod, at: [150 mm, 250 mm, 0]}
-joints:
-  "* crank": {stiffness: 2e3 N m/rad}
-  "*": {role: passive}
-links:
-  left rod: {type: beam, to: tool, material: steel, section: {circle: {diameter: 12 mm}}}
-  right rod: {type: beam, material: steel, section: {circle: {diameter: 12 mm}}}
-  left: {type: beam, to: left elbow, material: steel, section: {circle: {diameter: 20 mm}}}
-  right: {type: beam, to: right elbow, material: steel, section: {circle: {diameter: 20 mm}}}
-loops:
-  - between: [{link: left rod, at: [150 mm, 250 mm, 0]}, {link: right rod, at: [-50 mm, 250 mm, 0]}]
-    joint: {type: revolute, axis: z, role: passive}
-"""
+FIVE_BAR = text_of("five-bar.urdf")
+FIVE_BAR_SIDE = text_of("five-bar.stiffness.yaml")
 
 
 def _five_bar(folder, side):
