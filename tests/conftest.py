@@ -3,6 +3,7 @@
 import gc
 import json
 import os
+import sys
 import warnings
 import weakref
 from collections import Counter
@@ -173,15 +174,20 @@ def _derived_once(derive: Any) -> Any:
 
 
 def _robots_of_files_are_derived_once() -> None:
-    """Formulas of robots that come with the project are those of all tests that ask for them."""
-    from robostiff import analytic
-    from robostiff.cli import commands_derive
-    from robostiff.robots import derivation
+    """Formulas of robots that come with the project are those of all tests that ask for them.
 
+    Modules that are imported later find the function in the package.
+    """
+    from robostiff import analytic
+
+    inside = f"{analytic.__name__}."
+    users = {name: own for name, own in sys.modules.items() if name.startswith("robostiff")}
     for name in ("derive_robot", "derive_leg"):
-        once = _derived_once(getattr(analytic, name))
-        for module in (analytic, commands_derive, derivation):
-            vars(module)[name] = once
+        derive = getattr(analytic, name)
+        once = vars(analytic)[name] = _derived_once(derive)
+        for where, module in users.items():
+            if not where.startswith(inside) and vars(module).get(name) is derive:
+                vars(module)[name] = once
 
 
 def _robots_of_files_are_built_once() -> None:

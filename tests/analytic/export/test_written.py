@@ -83,6 +83,12 @@ def say(_: str, expression: str) -> str:
         written: Any = eval(expression, dict(NAMES))  # noqa: S307
     except (rs.RobostiffError, ValueError) as error:
         written = f"error: {error}"
+    if isinstance(written, analytic.RankFormula):
+        told = {"rank": written.rank, "where it drops": written.exceptions}
+        told |= {"which is allowed": written.allowed, "shared": written.common_minor}
+        written = [
+            f"{word}: {value}" for word, value in (told | {"remark": written.remark}).items()
+        ]
     lines = written if isinstance(written, list | tuple) else str(written).splitlines()
     lines = lines or ["(nothing)"]
     return indented("\n".join(str(line).rstrip() for line in lines if str(line).strip()))
