@@ -184,7 +184,8 @@ def _robots_of_files_are_derived_once() -> None:
     users = {name: own for name, own in sys.modules.items() if name.startswith("robostiff")}
     for name in ("derive_robot", "derive_leg"):
         derive = getattr(analytic, name)
-        once = vars(analytic)[name] = _derived_once(derive)
+        once = _derived_once(derive)
+        setattr(analytic, name, once)
         for where, module in users.items():
             if not where.startswith(inside) and vars(module).get(name) is derive:
                 vars(module)[name] = once
@@ -260,8 +261,7 @@ def _models_of_mujoco_are_compiled_here() -> None:
     """
     if not is_there("robostiff_interop"):
         return
-    from robostiff_interop import compiled_model
-
+    compiled_model: Any = import_module("robostiff_interop.compiled_model")
     of_process = compiled_model.answer_of
 
     def of_here(task: Path, request: Any, *more: Any) -> Any:

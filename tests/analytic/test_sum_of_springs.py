@@ -169,5 +169,3 @@ def test_questions_in_names_have_the_answers_of_the_formula():
             assert free_motion_formulas(derivation) == free_motion_formulas(derivation.K)
             assert fixed_point_formula(derivation) == fixed_point_formula(derivation.K)
             assert decoupling_conditions(derivation) == decoupling_conditions(derivation.K)
-
-

@@ -23,6 +23,7 @@ from robostiff.analytic import (
 from robostiff.analytic.export import derivation_text
 from robostiff.errors import InputError
 from tests.analytic.formulas import in_numbers
+from tests.files import FILES
 
 R, r, h, k = sp.symbols("R r h k", positive=True)
 
@@ -259,3 +260,14 @@ def test_a_symbol_may_have_a_shorter_name_than_its_parameter():
     assert "cylinder" not in text
     assert "c: length, 0.4 m in the model" in text
     assert "c_i: compliance of the leg under this wrench" in text  # c is the length
+
+
+@pytest.mark.parametrize("x", [0.0, 0.1, -0.2, -0.9])
+def test_the_size_of_a_length_that_is_zero_in_the_file_is_in_steps(x):
+    # It was refused: "got 'Abs(500*x + 237)', expected a formula of ...".
+    robot = rs.load(FILES / "slide-of-either-sign.yaml", symbols=rs.ALL_PARAMETERS)
+    K = rs.derive(robot).lambdify()
+    values = {**robot.nominal, "x": x}
+    expected = rs.stiffness(robot.substituted(values)).K
+    found = K(**{name: values[name] for name in K.arguments})
+    assert found == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())

@@ -1,6 +1,7 @@
 """Robots at vector level: one generic leg, the table of what differs, and the sum."""
 
 import copy
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from robostiff.analytic.vectors.vector_expressions import Cross, Stacked, Turned
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import DisagreementError
 from robostiff.kinematics import posture_finder
+from robostiff.robots import robot_file
 from tests.analytic.formulas import in_numbers
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -238,3 +240,14 @@ def test_conditions_and_vectors_are_found_when_they_are_first_looked_at(pose, mo
     for name in ("conditions", "vectors"):
         with pytest.raises(NotImplementedError):
             getattr(derivation, name)
+
+
+@pytest.mark.parametrize("name", ["3-rrr", "3-puu", "delta"])
+def test_a_machine_of_a_hundredth_of_the_size_has_the_same_vectors(name, tmp_path):
+    text = Path(robot_file(name)).read_text(encoding="utf-8")
+    small = tmp_path / "small.yaml"
+    small.write_text(re.sub(r"([\d.]+) mm\b", lambda own: f"{float(own[1]) / 100:g} mm", text))
+    one, other = (rs.derive(robot, pose=rs.AtSymbols()).vectors for robot in (name, small))
+    assert one is not None
+    assert other is not None
+    assert other.leg == one.leg
