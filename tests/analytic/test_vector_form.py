@@ -23,7 +23,7 @@ from robostiff.analytic.export import (
 from robostiff.analytic.placement import robot_placement
 from robostiff.analytic.placement.agreement import RobotInNumbers, matrix_distance
 from robostiff.analytic.placement.robot_placement import place_robot
-from robostiff.analytic.vectors.vector_expressions import Cross, Stacked, Turned, Turns, Vector
+from robostiff.analytic.vectors.vector_expressions import Turns
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import DisagreementError
 from robostiff.kinematics import posture_finder
@@ -43,19 +43,6 @@ def platform(placed):
     return vector_form(placed)
 
 
-def test_a_platform_is_one_leg_and_the_angles_of_eq_26(platform):
-    named = {e.name: e.expression for e in platform.leg}
-    u, b = Vector("u_i"), Vector("b_i")
-    assert named["w_i"] == Stacked(u, Cross(Turned("Q", b), u))
-    assert str(named["c_i"]) == "1/k"
-    degrees = {
-        name: [int(x * 180 / sp.pi) for x in column] for name, column in platform.columns.items()
-    }
-    # 360 degrees of the paper's last leg are 0.
-    assert degrees == {"phi_i": [0, 120, 120, 240, 240, 0], "psi_i": [60, 60, 180, 180, 300, 300]}
-    assert platform.turned == (("leg1", "leg3", "leg5"), ("leg2", "leg4", "leg6"))
-
-
 def test_a_wrong_form_is_found(placed, platform):
     RobotInNumbers.of(placed).check(platform.K, platform.definitions)
     psi = platform.columns["psi_i"]
@@ -64,15 +51,6 @@ def test_a_wrong_form_is_found(placed, platform):
     )
     with pytest.raises(DisagreementError, match="the formula and the numerical form"):
         RobotInNumbers.of(placed).check(wrong.K, wrong.definitions)
-
-
-def test_a_leg_with_a_couple_names_the_directions_of_both():
-    form = rs.derive("3-upu", symbols=("h", "turned"), form=Steps()).vectors
-    assert form is not None
-    named = {e.name: e.expression for e in form.leg}
-    assert named["w_i_2"] == Stacked(0, Vector("n_i"))
-    assert {str(s) for s in named["c_i_2"].free_symbols} >= {"s_i", "t_i", "L_i"}
-    assert form.turned == (("leg1", "leg2", "leg3"),)
 
 
 def test_legs_of_two_kinds_have_their_compliances_in_the_table():
