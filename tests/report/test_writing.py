@@ -21,6 +21,7 @@ from robostiff.report import (
     write_report,
 )
 from robostiff.robots import robot_file
+from tests.project.shown_output import ROOT
 from tests.report.machines import shipped, with_symbols
 
 PLANAR_LOAD = [100, 20, 3]
@@ -102,6 +103,13 @@ def test_a_pose_out_of_reach(tmp_path):
     assert "There is no stiffness matrix: status unreachable." in html
     assert "a leg cannot reach the pose" in html
     assert 'class="plot"' not in html
+
+
+def test_a_snapshot_has_no_formula(tmp_path):
+    assert run(str(ROOT / "examples/wall-crane.json"), "-o", "crane.html").exit_code == 0
+    html = (tmp_path / "crane.html").read_text(encoding="utf-8")
+    assert "<dd>none: a snapshot has no symbols</dd>" in html
+    assert "The formula" not in html
 
 
 def test_words_of_a_model_are_text_not_markup():
