@@ -1,8 +1,10 @@
 """Settings that all tests share."""
 
 import gc
+import json
 import os
 import sys
+import warnings
 import weakref
 from collections import Counter
 from collections.abc import Generator, Iterator
@@ -10,7 +12,7 @@ from copy import copy
 from dataclasses import fields
 from functools import wraps
 from importlib import import_module
-from inspect import unwrap
+from inspect import signature, unwrap
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -137,67 +139,86 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
         terminalreporter.write_line(f"tests left out, as this is not installed: {', '.join(parts)}")
 
 
-#: Shipped robots as they were built, by their identity, and what they were built of.
+#: Robots of files of the project as they were built, by their identity, and of what.
 _BUILT: dict[int, tuple[weakref.ref[Any], Any]] = {}
 #: Whether a test changes functions of the library, so that formulas are derived anew.
 _IS_CHANGED = False
 
 
-def _shipped_robots_are_derived_once() -> None:
-    """Formulas of shipped robots are those of all tests that ask for them."""
-    import robostiff as rs
+def _derived_once(derive: Any) -> Any:
+    """The same function, whose formulas of robots that are built once are those of all tests."""
+    from robostiff.analytic import AtHome
 
-    derive, names = rs.derive, set(rs.shipped_robots())
     known: dict[Any, Any] = {}
+    of_call = signature(derive)
 
     @wraps(derive)
-    def derive_once(robot: Any, **how: Any) -> Any:
+    def derive_once(robot: Any, *given: Any, **named: Any) -> Any:
         built, own = _BUILT.get(id(robot), (lambda: None, None))
-        key = (own if built() is robot else robot, *sorted(how.items()))
+        if _IS_CHANGED or built() is not robot:
+            return derive(robot, *given, **named)
+        call = of_call.bind(robot, *given, **named)
+        call.apply_defaults()
+        options = {**call.arguments, "robot": own}
+        options["pose"] = options["pose"] or AtHome()
         try:
+            key = tuple(options.items())
             hash(key)
-        except TypeError:  # lists, values of coordinates
-            return derive(robot, **how)
-        if _IS_CHANGED or not (built() is robot or robot in names):
-            return derive(robot, **how)
+        except TypeError:  # values of coordinates
+            return derive(robot, *given, **named)
         if key not in known:
-            known[key] = derive(robot, **how)
+            known[key] = derive(robot, *given, **named)
         return known[key]
 
-    for module in (rs, sys.modules[derive.__module__]):
-        vars(module)["derive"] = derive_once
+    return derive_once
 
 
-def _shipped_robots_are_built_once() -> None:
+def _robots_of_files_are_derived_once() -> None:
+    """Formulas of robots that come with the project are those of all tests that ask for them.
+
+    Modules that are imported later find the function in the package.
+    """
+    from robostiff import analytic
+
+    inside = f"{analytic.__name__}."
+    users = {name: own for name, own in sys.modules.items() if name.startswith("robostiff")}
+    for name in ("derive_robot", "derive_leg"):
+        derive = getattr(analytic, name)
+        once = _derived_once(derive)
+        setattr(analytic, name, once)
+        for where, module in users.items():
+            if not where.startswith(inside) and vars(module).get(name) is derive:
+                vars(module)[name] = once
+
+
+def _robots_of_files_are_built_once() -> None:
     """A quarter of the time of commands goes into models that were read a hundred times before.
 
-    Those that are shipped, as they are or with symbols in place of all parameters, are built once
-    in a process; each call has an object of its own, with nothing kept beside its fields.
+    Those of files of the project, as they are or with some symbols in place of parameters, are
+    built once in a process; each call has an object of its own, with nothing beside its fields.
     """
     from robostiff.io import document, model_file
-    from robostiff.io.model_file.symbols import ALL_PARAMETERS
 
-    folder = Path(model_file.__file__).parents[2] / "robots"
+    folder = Path(__file__).parents[1]
     read, build = document.read_document, model_file.model_from_document
-    known: dict[Path, Any] = {}
-    built: dict[tuple[Path, bool], Any] = {}
+    known: dict[tuple[Path, str], Any] = {}
+    built: dict[tuple[Path, str, Any], Any] = {}
 
     def read_once(source: Any, *more: Any, **named: Any) -> Any:
-        if not isinstance(source, Path) or folder not in source.parents or more or named:
+        file = Path(source).absolute()
+        if more or named or folder not in file.parents or not os.path.isfile(file):
             return read(source, *more, **named)
-        if source not in known:
-            known[source] = read(source)
-        return known[source]
+        place = file, str(source)
+        if place not in known:
+            known[place] = read(source)
+        return known[place]
 
     def build_once(document: Any, parameters: Any = None, *, symbols: Any = (), **more: Any) -> Any:
-        file, is_symbolic = Path(document.file), symbols is ALL_PARAMETERS
-        if (
-            parameters
-            or not (is_symbolic or (isinstance(symbols, tuple) and not symbols))
-            or document is not known.get(file)
-        ):
+        place = Path(document.file).absolute(), str(document.file)
+        is_hashable = isinstance(symbols, tuple | model_file.ParameterChoice)
+        if parameters or not is_hashable or document is not known.get(place):
             return build(document, parameters, symbols=symbols, **more)
-        key = (file, is_symbolic)
+        key = *place, symbols
         if key not in built:
             built[key] = build(document, symbols=symbols, **more)
         own = copy(built[key])
@@ -233,11 +254,36 @@ def _shared_records_answer_where_they_pay() -> None:
     under_load.is_on_disk = is_own
 
 
+def _models_of_mujoco_are_compiled_here() -> None:
+    """A process for each would import MuJoCo each time; what it refuses goes to a process.
+
+    So does everything in the tests of what files may not do.
+    """
+    if not is_there("robostiff_interop"):
+        return
+    compiled_model: Any = import_module("robostiff_interop.compiled_model")
+    of_process = compiled_model.answer_of
+
+    def of_here(task: Path, request: Any, *more: Any) -> Any:
+        if not _IS_HARMFUL:
+            from robostiff_interop.compile_mjcf import answer
+
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of MuJoCo, which a process keeps to itself
+                found = answer(request)
+            if "refusal" not in found:
+                return json.loads(json.dumps(found))
+        return of_process(task, request, *more)
+
+    compiled_model.answer_of = of_here
+
+
 def pytest_collection_finish() -> None:
     """Look for garbage in what the tests leave alone."""
+    _models_of_mujoco_are_compiled_here()
     _shared_records_answer_where_they_pay()
-    _shipped_robots_are_built_once()
-    _shipped_robots_are_derived_once()
+    _robots_of_files_are_built_once()
+    _robots_of_files_are_derived_once()
     gc.collect()
     gc.freeze()
     gc.enable()
@@ -246,6 +292,10 @@ def pytest_collection_finish() -> None:
 # Where formulas are tested by themselves; what is built on them calls them with the same shapes
 # thousands of times, at a third of the time of its tests. All slow tests check them.
 _SHAPES_CHECKED = {"elastostatics", "paper"}
+#: What is tested there is what a file may not do to the program that reads it.
+_ABOUT_HARM = ("tests/interop/mjcf/test_bounds.py", "tests/io/urdf/test_harmful_files.py")
+#: Whether a test is one of these.
+_IS_HARMFUL = False
 #: What is tested there is how records are made, and what is found in them.
 _ABOUT_RECORDS = tuple(
     f"tests/{name}"
@@ -256,17 +306,25 @@ _ABOUT_RECORDS = tuple(
 )
 
 
+def _changes_functions(function: Any) -> bool:
+    """Whether a test or a fixture puts another function in place of one of the library."""
+    code = getattr(unwrap(function), "__code__", None)
+    return code is not None and "monkeypatch" in code.co_varnames and "setattr" in code.co_names
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Choose what is checked, recorded and derived anew."""
-    global _IS_CHANGED  # noqa: PLW0603
+    global _IS_CHANGED, _IS_HARMFUL  # noqa: PLW0603
+    _IS_HARMFUL = item.nodeid.startswith(_ABOUT_HARM)
     folder = item.nodeid.split("/")[1]
     is_checked = folder in _SHAPES_CHECKED or item.get_closest_marker("slow") is not None
     jaxtyping.config.update("jaxtyping_disable", not is_checked)
-    _IS_CHANGED = "monkeypatch" in getattr(item, "fixturenames", ())
     # Fixtures change folders and limits; a test that changes more asks for it itself.
     function: Any = getattr(item, "function", None)
-    code = getattr(unwrap(function), "__code__", None)
-    changes = code is not None and "monkeypatch" in code.co_varnames and "setattr" in code.co_names
+    changes = _changes_functions(function)
+    fixtures = getattr(item, "_fixtureinfo", None)
+    named = fixtures.name2fixturedefs.values() if fixtures is not None else ()
+    _IS_CHANGED = changes or any(_changes_functions(own.func) for each in named for own in each)
     is_anew = changes or item.nodeid.startswith(_ABOUT_RECORDS)
     os.environ["ROBOSTIFF_CACHE"] = "off" if is_anew else os.environ[_SHARED]

@@ -12,6 +12,7 @@ from robostiff.kinematics import posture_finder
 from robostiff.kinematics.closure import Post
 from robostiff.model import ALL_COORDINATES
 from robostiff.network import network_of_snapshot
+from tests.files import FILES
 
 WRIST = Path(__file__).parent / "data" / "3-sps-s.yaml"
 STEEL_E = 210e9
@@ -19,29 +20,6 @@ SETS = 100
 DIMENSIONS = {"R": 0.2, "r": 0.12, "h": 0.3, "t": 0.04, "tau": np.radians(20), "k": 2e7}
 
 # A universal joint turns the platform about x, then about y; its point is above the platform.
-UNIVERSAL = """
-robostiff: 1
-name: 3-sps-u
-source: three struts about a post with a universal joint
-parameters: {R: 200 mm, r: 120 mm, h: 300 mm, t: 40 mm, k: 2e7 N/m}
-sections: {post: {tube: {outer_diameter: 60 mm, inner_diameter: 44 mm}}}
-home: {at: [0, 0, h - t]}
-coordinates: [rx, ry]
-legs:
-  - name: post
-    chain:
-      - {type: beam, name: post, to: [0, 0, h], material: steel, section: post}
-      - {type: universal, name: centre, axes: [x, y], role: passive}
-    platform: {at: [0, 0, t]}
-  - repeat: {count: 3, variable: i, name: strut}
-    let: {phi: i*120 deg}
-    base: {at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}
-    chain:
-      - {type: spherical, name: base joint, role: passive}
-      - {type: prismatic, name: screw, axis: z, role: actuated, stiffness: k}
-      - {type: spherical, name: platform joint, role: passive}
-    platform: {at: [r*cos(phi + 20 deg), r*sin(phi + 20 deg), 0]}
-"""
 
 
 def by_hand(values: dict[str, float], R_platform: np.ndarray) -> np.ndarray:
@@ -119,10 +97,8 @@ def test_a_post_holds_one_point_alone(wrist):
     assert away.shift_gaps[0] == pytest.approx([0.01, 0, 0, 0], abs=1e-12)
 
 
-def test_a_universal_joint_below_the_platform_moves_it(tmp_path):
-    path = tmp_path / "3-sps-u.yaml"
-    path.write_text(UNIVERSAL)
-    robot = rs.load(path)
+def test_a_universal_joint_below_the_platform_moves_it():
+    robot = rs.load(FILES / "3-sps-u.yaml")
     assert isinstance(robot, rs.Robot)
     finder = posture_finder(robot)
     assert isinstance(finder.solvers[0].closed_form, Post)

@@ -10,7 +10,6 @@ import sympy as sp
 
 from robostiff.analytic import Closed, FormulaTooLargeError, Steps, derive_chain
 from robostiff.analytic.exact.closed import closed_sum
-from robostiff.errors import InputError
 from tests.interrupts import interrupts_heard
 
 FULL = sp.Matrix(6, 6, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
@@ -34,9 +33,7 @@ def general(number):
 
 
 @pytest.mark.parametrize("number", [2, 5])
-def test_more_general_joints_are_refused_and_the_steps_offered(number):
-    with pytest.raises(FormulaTooLargeError, match=r"form=Steps\(\), or raise Closed\(limit"):
-        derive_chain(FULL, general(number))
+def test_more_general_joints_have_few_steps(number):
     assert len(derive_chain(FULL, general(number), Steps()).definitions) <= 28 * number
 
 
@@ -56,13 +53,6 @@ def test_entries_of_all_legs_that_nobody_reads_are_refused():
     assert closed_sum(legs, 3, 100, 200).K.shape == (3, 3)
     with pytest.raises(FormulaTooLargeError, match=r"form=Steps\(\)"):
         closed_sum(legs, 3, 100, 40)
-
-
-@pytest.mark.parametrize("form", [Closed(), Steps()])
-def test_an_indefinite_matrix_is_refused(form):
-    K = sp.Matrix([[0, 1, 0], [1, 0, 0], [0, 0, 1]])
-    with pytest.raises(InputError, match="positive semidefinite"):
-        derive_chain(K, {"slide": [1, 0, 0]}, form)
 
 
 def test_interruption_is_heard():

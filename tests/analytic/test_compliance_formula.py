@@ -6,11 +6,10 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import Steps, compliance_formula, compliance_steps, derive_chain
-from robostiff.analytic.export import derivation_text
 from robostiff.analytic.placement.agreement import closed_places
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.elasticity import cantilever_stiffness
-from tests.analytic.formulas import CASE_A, CASE_B, L_A, L_B, derived, stewart
+from tests.analytic.formulas import CASE_B, L_B, stewart
 
 L, E, G, A, I, J, k = sp.symbols("L E G A I J k", positive=True)
 BEAM = sp.Matrix(cantilever_stiffness(L, E, G, A, I, I, J))
@@ -27,11 +26,6 @@ def test_deflection_of_a_cantilever():
 def test_stiffness_and_compliance_are_inverse():
     K = stewart(*CASE_B, L_B)
     assert (K * compliance_formula(K)).applyfunc(sp.simplify) == sp.eye(6)
-
-
-def test_a_free_motion_leaves_no_compliance():
-    with pytest.raises(rs.InputError, match=r"rank 3 of 6.*free_motion_formulas"):
-        compliance_formula(stewart(*CASE_A, L_A))
 
 
 @pytest.mark.parametrize("form", [None, Steps()])
@@ -52,12 +46,6 @@ def test_a_chain_from_the_compliances_of_its_springs(form):
     assert stages[0] == "rotation about y at the reference point"
 
 
-def test_either_stiffness_or_compliance():
-    for arguments in ({"joints": {}}, {"K0": BEAM, "C": BEAM, "joints": {}}, {"K0": BEAM}):
-        with pytest.raises(rs.InputError, match="either K0 or C, and joints"):
-            derive_chain(**arguments)
-
-
 @pytest.mark.parametrize(
     ("name", "pose"), [("3-rpr", rs.AtSymbols()), ("3-rrr", rs.AtHome()), ("3-prs", rs.AtSymbols())]
 )
@@ -73,8 +61,6 @@ def test_compliance_in_steps_is_the_inverse_at_random_parameters_and_poses(name,
 
 
 def test_compliance_in_steps_is_refused_where_the_platform_moves_freely():
-    with pytest.raises(rs.InputError, match="rank below 6"):
-        compliance_steps(rs.derive("gough-stewart-a", symbols=("k",)))
     g = sp.Symbol("g", real=True)
     turned = rs.derive("gough-stewart-b", symbols=("k",), pose=rs.AtCoordinates({"gamma": g}))
     function = compliance_steps(turned).lambdify("g", "k")
@@ -85,26 +71,10 @@ def test_compliance_in_steps_is_refused_where_the_platform_moves_freely():
 
 def test_the_deflection_of_a_chain_in_steps_is_that_of_its_closed_form():
     F = sp.Symbol("F")
-    joint = {"Rx": [0, 0, 0, 1, 0, 0]}
     K = sp.Matrix(BEAM)
-    chain = derive_chain(K, joint)
-    with pytest.raises(rs.InputError, match="stiffness"):
-        compliance_steps(chain)
     steps = compliance_steps(derive_chain(K, {}, Steps()))
     exact = compliance_formula(BEAM) * sp.Matrix([0, F, 0, 0, 0, 0])
     written = steps.deflection([0, F, 0, 0, 0, 0])
     for d in reversed(steps.definitions):
         written = written.xreplace({d.symbol: d.expression})
     assert (written - exact).applyfunc(sp.simplify) == sp.zeros(6, 1)
-    with pytest.raises(rs.InputError, match="wrench"):
-        steps.deflection([0, F])
-
-
-def test_compliance_in_steps_is_printed_with_the_meanings_of_its_names():
-    found = compliance_steps(derived("3-rrr"))
-    text = derivation_text(found)
-    assert text.startswith("Cartesian compliance of 3-rrr\n")
-    assert "    [ 1/K11  0      0     ]\n" in text
-    assert "\nK11, K33: entry of the stiffness matrix\n" in text
-    assert "R: length, 0.4 m in the model" in text
-    assert "<math>" in found._repr_html_()

@@ -16,16 +16,6 @@ from robostiff.analytic import (
     derive_chain,
     differentiate,
 )
-from robostiff.analytic.export import (
-    derivation_latex,
-    derivation_markdown,
-    derivation_text,
-    derivation_typst,
-    python_function,
-)
-from robostiff.errors import InputError
-from tests.analytic.export.derivations import in_steps
-from tests.analytic.export.test_latex import check_balance
 from tests.analytic.formulas import CASE_A, CASE_B, L_A, L_B, R, derived, h, stewart
 
 L = sp.Symbol("L", positive=True)
@@ -106,25 +96,6 @@ def test_a_symbol_that_nothing_depends_on():
     found = differentiate(derive_chain(FULL, JOINTS, Steps()), sp.Symbol("unrelated"))
     assert found.dK == sp.ImmutableMatrix(sp.zeros(6, 6))
     assert found.definitions == found.derivation.definitions
-
-
-def test_what_is_written_of_a_derivative():
-    found = differentiate(in_steps(), L)
-    assert "dmu_1_dL = K_22*L + K_26 + u_1_2" in derivation_text(found)
-    latex = derivation_latex(found)
-    check_balance(latex)
-    assert r"\frac{\partial \mathbf{K}_{C}}{\partial L}" in latex
-    assert r"\frac{\partial \mu_{1}}{\partial L} &=" in latex
-    assert r"\frac{\partial \mu_{1}}{\partial L} &=" in derivation_markdown(found)
-    assert "frac(partial mu_(1), partial L)" in derivation_typst(found)
-    assert "Cartesian stiffness matrix K_C with its derivative by L" in python_function(found)
-
-
-def test_misuse():
-    with pytest.raises(InputError, match="symbol to differentiate by"):
-        differentiate(in_steps(), sp.Symbol("mu_1"))
-    with pytest.raises(InputError, match="values of symbols"):
-        differentiate(in_steps(), L).substituted({L: 1, "l": 2})
 
 
 def test_the_chain_rule_is_that_of_sympy():

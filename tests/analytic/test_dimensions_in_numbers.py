@@ -3,12 +3,10 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic.export import derivation_text
-from robostiff.errors import InputError
 
 UR5 = Path(__file__).parents[2] / "examples" / "ur5.urdf"
 
@@ -37,8 +35,6 @@ def test_a_description_is_derived_without_a_word_about_symbols():
     text = derivation_text(rs.derive(UR5))
     assert "e-17" not in text, "what rounding left is no dimension"
     assert "R_0 = [ 0  0   1 ]" in text
-    with pytest.raises(InputError, match=r"got \['k'\], expected none: the dimensions of a robot"):
-        rs.derive(UR5, symbols=("k",))
 
 
 def test_long_roots_are_decimals_without_rounding_beside_the_diagonal():
@@ -46,10 +42,3 @@ def test_long_roots_are_decimals_without_rounding_beside_the_diagonal():
     matrix = text[text.index("All legs together") :]
     assert "e-" not in matrix
     assert "12049634.5476" in matrix
-
-
-@pytest.mark.parametrize("name", ["hexapod", UR5, "cable-8"])
-@pytest.mark.parametrize("symbols", [5, "k"])
-def test_symbols_that_are_no_names_are_refused(name, symbols):
-    with pytest.raises(InputError, match=rf"symbols.*got '?{symbols}'?, expected"):
-        rs.derive(name, symbols=symbols)

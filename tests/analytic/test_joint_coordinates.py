@@ -77,11 +77,6 @@ def test_a_leg_meets_the_platform_by_its_last_angle(found):
     assert operations_of(derivation.named.K, derivation.named.definitions) <= 200
 
 
-def test_a_spherical_joint_has_no_angles():
-    with pytest.raises(InputError, match="the spherical joint"):
-        rs.derive("3-prs", pose=rs.AtJoints())
-
-
 def test_joints_of_a_serial_arm_are_those_of_its_pose():
     symbols = ("l1", "l2")
     at_joints = rs.derive("two-link-arm", symbols=symbols, pose=rs.AtJoints())

@@ -14,7 +14,7 @@ from robostiff.analytic.export import derivation_text
 from robostiff.analytic.legs import check_leg
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.robot_pose import AtHome
-from robostiff.errors import DisagreementError, InputError
+from robostiff.errors import DisagreementError
 
 
 def value_of(derivation, robot):
@@ -90,15 +90,6 @@ def test_a_wrong_stage_is_found():
     for wrong in (leg.K * sp.Rational(1001, 1000), leg.K + leg.K0 / 1000):
         with pytest.raises(DisagreementError, match="leg1"):
             check_leg(replace(leg, K=wrong), placed)
-
-
-def test_a_leg_without_an_inverse_is_refused():
-    with pytest.raises(InputError, match="1 of 6 directions"):
-        rs.derive("gough-stewart-b", leg="leg1")
-    with pytest.raises(InputError, match="parallel block"):
-        rs.derive("delta", leg="leg1")
-    with pytest.raises(InputError, match="expected leg1, leg2"):
-        rs.derive("hexapod", leg="leg7")
 
 
 def test_the_text_has_all_stages_and_their_rules():

@@ -44,13 +44,3 @@ def test_formulas_agree_with_numbers_where_the_legs_close(name):
     other = next(x for x in formula.following if x.startswith("q_"))
     with pytest.raises(ValueError, match="does not hold"):
         function(**{**values, other: values[other] + 0.1})
-
-
-def test_loops_that_close_by_iteration_are_refused_with_what_to_do():
-    with pytest.raises(rs.InputError, match=r"'right': got 'a leg without .*home.*rs\.stiffness"):
-        rs.derive("h4", pose=rs.AtSymbols())
-
-
-def test_coordinates_of_such_a_leg_are_no_numbers():
-    with pytest.raises(rs.InputError, match=r"'ram': got 'a leg without .*AtSymbols"):
-        rs.derive(TRICEPT, pose=rs.AtCoordinates({"x": 0.1, "y": -0.2}))

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from robostiff.analytic import Steps, derive_chain, sum_of_legs
+from robostiff.analytic import Steps, derive_chain
 from robostiff.elastostatics import eliminate_joint
-from robostiff.errors import InputError
 
 L, E, G, A, I, J = sp.symbols("L E G A I J", positive=True)
 FIVE = {  # eq. (21)
@@ -77,16 +76,3 @@ def test_steps_equal_the_closed_form_and_the_numerical_form():
     np.testing.assert_allclose(
         numbers(closed.K, values), np.array(short.substituted(values), dtype=float), rtol=1e-10
     )
-
-
-def test_misuse():
-    with pytest.raises(InputError, match="symmetric"):
-        derive_chain(sp.Matrix(3, 3, range(9)), {})
-    with pytest.raises(InputError, match="6 entries"):
-        derive_chain(FULL, {"a": [1, 0, 0]})
-    with pytest.raises(InputError, match="a motion"):
-        derive_chain(FULL, {"a": [0] * 6})
-    with pytest.raises(InputError, match="one a leg"):
-        sum_of_legs([FULL], [])
-    with pytest.raises(InputError, match="values of symbols"):
-        derive_chain(FULL, FIVE).substituted({L: 1, "l": 2})

@@ -92,6 +92,15 @@ def test_a_rectangle_of_one_size_has_its_torsion_in_numbers(sides, tmp_path):
         np.testing.assert_allclose(K, expected, rtol=1e-11, atol=1e-11 * expected.max())
 
 
+def test_masses_are_no_condition_of_a_stiffness(tmp_path):
+    path = tmp_path / "arm.yaml"
+    heavy = "{E: E, poisson_ratio: nu, density: 7850 kg/m^3}"
+    path.write_text(ARM.format(material=heavy, section=BOX))
+    words = [own.words for own in rs.derive(path).conditions]
+    assert any(own.startswith("wall of the box") for own in words)
+    assert not any("mass" in own for own in words)
+
+
 SIDES = [(0.06, 0.04), (0.04, 0.06), (0.05, 0.05), (0.002, 0.2), (0.2, 0.002), (0.05, 0.0501)]
 
 

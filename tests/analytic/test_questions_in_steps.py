@@ -10,10 +10,8 @@ import robostiff as rs
 from robostiff.analytic import (
     Closed,
     Definition,
-    Derivation,
     Steps,
     decoupling_conditions,
-    fixed_point_formula,
     free_motion_formulas,
     rank_formula,
 )
@@ -93,28 +91,10 @@ def test_the_locus_at_a_general_pose_is_where_the_rank_drops():
         assert _rank_at(general, values) == 6
 
 
-def test_free_motions_in_steps_are_those_of_the_wrenches(planar):
-    link = rs.derive("planar-link", pose=rs.AtSymbols(), form=rs.Steps())
-    assert not link.is_closed
-    (motion,) = free_motion_formulas(link)
-    assert motion.T == sp.Matrix([[0, 0, 1]])
-    assert fixed_point_formula(link) == sp.zeros(2, 1)
-    assert fixed_point_formula(planar) is None
-
-
 def test_a_locus_that_is_too_long_is_said_to_be():
     found = rank_formula(rs.derive("hexaglide", symbols=("k",), pose=rs.AtSymbols()))
     assert (found.rank, found.exceptions) == (6, ())
     assert "too long" in found.remark
-
-
-def test_what_is_decoupled_in_steps_is_found():
-    t = sp.Symbol("t")
-    steps = (Definition(t, k + x),)
-    K = sp.ImmutableMatrix(sp.diag(t, t, t**2))
-    assert decoupling_conditions(Derivation("K_C", K, (), K, steps)) == (0,)
-    coupled = sp.ImmutableMatrix([[t, 0, t], [0, t, 0], [t, 0, t**2]])
-    assert decoupling_conditions(Derivation("K_C", coupled, (), coupled, steps)) == (k + x,)
 
 
 @pytest.mark.parametrize("coordinate", ["y", "x", "gamma"])
@@ -124,20 +104,6 @@ def test_decoupling_in_steps_is_that_of_the_closed_form(coordinate):
     assert not steps.is_closed
     assert closed.is_closed
     assert set(decoupling_conditions(steps)) == set(decoupling_conditions(closed))
-
-
-def test_a_platform_decouples_where_its_vertical_couplings_vanish():
-    """(28) above home: K15 = 3 z r (R - 2 r) k / 2 L^2, and zero at z = 0."""
-    z = sp.Symbol("s", positive=True)
-    lifted = rs.derive("gough-stewart-b", pose=rs.AtCoordinates({"z": z}), form=Steps())
-    found = decoupling_conditions(lifted)
-    assert {str(x) for x in found} == {"R - 2*r", "k", "r", "s"}
-
-
-def test_nothing_decouples_a_planar_robot_at_a_general_pose(planar):
-    assert decoupling_conditions(planar) == ()
-    with pytest.raises(rs.InputError, match="decoupling"):  # too long to be written out
-        decoupling_conditions(rs.derive("delta", symbols=("k",), pose=rs.AtSymbols()))
 
 
 @pytest.mark.parametrize("name", ["3-rpr", "3-prs", "tripteron"])

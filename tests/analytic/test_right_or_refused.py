@@ -27,20 +27,7 @@ from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.errors import DisagreementError, InputError
 from tests.analytic.export.test_programs_of_robots import POSED
 from tests.analytic.formulas import DATA, cubic_platform, derived, in_numbers
-
-BENT_RAM = """
-robostiff: 1
-name: bent ram
-source: a ram whose length, twice L, is no symbol of the file
-parameters: {phi: 20 deg, L: 500 mm}
-home: {at: [2*L*sin(phi), 0, 2*L*cos(phi)], turn: [{y: phi}]}
-legs:
-  - name: ram
-    chain:
-      - {type: universal, axes: [x, y], role: passive}
-      - {type: telescope, direction: z, role: passive, home: 900 mm,
-         beams: [{share: 1, material: steel, section: {circle: {diameter: 100 mm}}}]}
-"""
+from tests.files import FILES, text_of
 
 
 def function_of(derivation):
@@ -70,16 +57,8 @@ def test_legs_are_derived_where_they_close_and_not_where_the_file_puts_their_joi
         assert distance(K, rs.stiffness(robot.substituted(values)).K) < 1e-10
 
 
-def bent(tmp_path, symbols):
-    file = tmp_path / "bent.yaml"
-    file.write_text(BENT_RAM, encoding="utf-8")
-    return rs.load(file, symbols=symbols)
-
-
-def test_coordinates_without_a_formula_are_symbols_and_others_than_the_closed_ones_refused(
-    tmp_path,
-):
-    robot = bent(tmp_path, rs.ALL_PARAMETERS)
+def test_coordinates_without_a_formula_are_symbols_and_others_than_the_closed_ones_refused():
+    robot = rs.load(FILES / "bent-ram.yaml", symbols=rs.ALL_PARAMETERS)
     derivation = rs.derive(robot)
     assert derivation.following
     assert "the legs determine" in derivation.where
@@ -95,8 +74,8 @@ def test_coordinates_without_a_formula_are_symbols_and_others_than_the_closed_on
         differentiate(derivation, derivation.symbols[0])
 
 
-def test_without_symbols_of_the_dimensions_closed_coordinates_are_numbers(tmp_path):
-    robot = bent(tmp_path, ())
+def test_without_symbols_of_the_dimensions_closed_coordinates_are_numbers():
+    robot = rs.load(FILES / "bent-ram.yaml", symbols=())
     derivation = rs.derive(robot)
     assert derivation.symbols == ()
     K = np.array(derivation.K.evalf(), dtype=float)
@@ -119,13 +98,6 @@ def test_parasitic_motion_is_part_of_the_pose(name):
         assert distance(K, rs.stiffness(numeric, six).K) < 1e-10
         with pytest.raises(ValueError, match="does not hold"):
             function(**values_for(derivation, known | {"x": 0.0, "y": 0.0, "gamma": 0.0}))
-
-
-def test_some_coordinates_of_a_pose_whose_others_follow_are_refused():
-    robot = rs.load("3-rps", symbols=())
-    angle = sp.Symbol("u", real=True)
-    with pytest.raises(InputError, match=r"falls short.*AtSymbols"):
-        rs.derive(robot, pose=rs.AtCoordinates({"alpha": angle, "beta": sp.Rational(1, 3)}))
 
 
 def test_a_component_of_a_wrench_may_vanish_at_a_regular_pose():
@@ -235,29 +207,10 @@ def test_numbers_of_hundreds_of_digits_are_a_sum_of_springs():
     np.testing.assert_allclose(in_numbers(series, {}), rs.stiffness(robot).K, rtol=1e-9)
 
 
-OVERDETERMINED = """
-robostiff: 1
-name: one leg
-source: five freedoms, six coordinates
-home: {at: [0, 0.3, 0.5]}
-coordinates: [x, y, z, rx, ry, rz]
-legs:
-- name: RUU
-  chain:
-  - {type: revolute, role: actuated, stiffness: 1.0e+7, axis: x}
-  - {type: link, to: [0, 0.3, 0], compliance: COMPLIANCE}
-  - {type: universal, axes: [x, y], role: passive}
-  - {type: rigid, to: [0, 0, 0.5]}
-  - {type: universal, axes: [x, y], role: passive}
-"""
-
-
 @pytest.mark.parametrize("form", [Closed(), Steps()], ids=["closed", "steps"])
-def test_a_pose_in_symbols_that_the_legs_do_not_leave_free_is_refused(tmp_path, form):
-    path = tmp_path / "leg.yaml"
-    path.write_text(OVERDETERMINED.replace("COMPLIANCE", str((1e-7 * np.eye(6)).tolist())))
+def test_a_pose_in_symbols_that_the_legs_do_not_leave_free_is_refused(form):
     with pytest.raises(InputError, match="no pose near home at which all legs meet"):
-        rs.derive(rs.load(path), pose=rs.AtSymbols(), form=form)
+        rs.derive(rs.load(FILES / "overdetermined.yaml"), pose=rs.AtSymbols(), form=form)
 
 
 @pytest.mark.parametrize("symbol", ["k", "h"])
@@ -296,53 +249,13 @@ def test_a_stretched_leg_transmits_more_and_is_refused():
         function_of(derivation)(**stretched)
 
 
-DEPENDENT = """\
-robostiff: 1
-name: arm
-source: of this test
-sections: {bar: {circle: {diameter: 20 mm}}}
-legs:
-  - name: arm
-    chain:
-      - {type: prismatic, axis: z, role: actuated, stiffness: k}
-      - {type: revolute, axis: z, role: passive}
-      - {type: beam, to: [l, 0, 0], y_axis: y, material: steel, section: bar}
-      - {type: rigid, turn: [{z: alpha}]}
-      - SECOND
-      - {type: beam, to: [b, 0, 0], y_axis: y, material: steel, section: bar}
-      - {type: revolute, axis: z, role: passive}
-parameters: {k: 1e6 N/m, l: 300 mm, b: 150 mm, alpha: -30 deg}
-"""
+DEPENDENT = text_of("dependent-joints.yaml")
 SLIDE = "{type: prismatic, axis: x, role: passive}"
 FIRST = "      - {type: revolute, axis: z, role: passive}\n"
 ABOUT_A_POINT = DEPENDENT.replace(FIRST, "", 1).replace(
     "      - {type: rigid, turn: [{z: alpha}]}", FIRST + "      - {type: rigid, turn: [{x: alpha}]}"
 )
-BRANCH = """\
-robostiff: 1
-name: nested
-source: of this test
-sections: {bar: {circle: {diameter: 20 mm}}}
-home: {at: [2*l, e - d, 0]}
-legs:
-  - name: arm
-    chain:
-      - {type: prismatic, axis: z, role: actuated, stiffness: k}
-      - type: parallel
-        name: block
-        branches:
-          - name: crank
-            chain:
-              - {type: revolute, axis: z, role: passive}
-              - {type: beam, to: [l, 0, 0], y_axis: y, material: steel, section: bar}
-              - {type: revolute, axis: z, role: passive}
-              - {type: beam, to: [l, e - d, 0], y_axis: y, material: steel, section: bar}
-              - {type: revolute, axis: z, role: passive}
-          - name: post
-            chain:
-              - {type: beam, to: [2*l, e - d, 0], y_axis: y, material: steel, section: bar}
-parameters: {k: 1e6 N/m, l: 300 mm, e: 50 mm, d: 20 mm}
-"""
+BRANCH = text_of("dependent-branch.yaml")
 DEPENDS = {
     "a slide": (DEPENDENT.replace("SECOND", SLIDE), {"alpha": np.arccos(-0.5)}, {"alpha": 2.0}),
     "about a point": (

@@ -5,7 +5,7 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import canonical
-from tests.analytic.models import ARM_2R_OF_BEAMS, ARM_3R, CUBIC, THREE_PUU
+from tests.files import FILES, text_of
 
 
 def written(tmp_path, text):
@@ -23,8 +23,8 @@ def cubic(a, k):
     return sp.diag(2 * k * sp.eye(3), 2 * k * a**2 * (sp.eye(3) + sp.ones(3)))
 
 
-def test_three_links_at_symbolic_joint_angles_agree_with_numbers(tmp_path):
-    robot = rs.load(written(tmp_path, ARM_3R), symbols=rs.ALL_PARAMETERS)
+def test_three_links_at_symbolic_joint_angles_agree_with_numbers():
+    robot = rs.load(FILES / "3r-arm.yaml", symbols=rs.ALL_PARAMETERS)
     derivation = rs.derive(robot, pose=rs.AtSymbols())
     assert derivation.coordinates == ("q1", "q2", "q3")
     random = np.random.default_rng(3)
@@ -39,8 +39,8 @@ def test_three_links_at_symbolic_joint_angles_agree_with_numbers(tmp_path):
         assert np.max(np.abs(difference) / size) < 1e-10
 
 
-def test_planar_arm_of_beams_closes_with_all_symbols_and_stays_short(tmp_path):
-    robot = rs.load(written(tmp_path, ARM_2R_OF_BEAMS), symbols=rs.ALL_PARAMETERS)
+def test_planar_arm_of_beams_closes_with_all_symbols_and_stays_short():
+    robot = rs.load(FILES / "2r-beams.yaml", symbols=rs.ALL_PARAMETERS)
     derivation = rs.derive(robot, pose=rs.AtSymbols(), form=rs.Closed())
     assert max(len(sp.Add.make_args(sp.numer(e).expand())) for e in derivation.K) < 100
     given = robot.nominal | {"q1": 0.4, "q2": 0.9}
@@ -50,9 +50,9 @@ def test_planar_arm_of_beams_closes_with_all_symbols_and_stays_short(tmp_path):
     assert np.max(np.abs(np.array(found.evalf(30), dtype=float) - expected) / size) < 1e-10
 
 
-def test_3_puu_about_its_centre_is_pull_and_torque_of_three_rods(tmp_path):
+def test_3_puu_about_its_centre_is_pull_and_torque_of_three_rods():
     """Each rod pulls with k, drive and traction in series, and turns with k_tau = G J / L."""
-    derivation = rs.derive(written(tmp_path, THREE_PUU))
+    derivation = rs.derive(FILES / "3-puu.yaml")
     R, r, L, k_a, E, A, G, J = symbols_of(derivation, "R", "r", "L", "k_a", "E", "A", "G", "I_t")
     s = (R - r) / L
     c = sp.sqrt(L**2 - (R - r) ** 2) / L
@@ -69,10 +69,10 @@ def test_3_puu_about_its_centre_is_pull_and_torque_of_three_rods(tmp_path):
 
 def test_cubic_platform_about_its_centre_and_above(tmp_path):
     """2 k in every direction; 8 k a^2 about one diagonal, 2 k a^2 square to it."""
-    at_centre = rs.derive(written(tmp_path, CUBIC.replace("HEIGHT", "0")))
+    at_centre = rs.derive(written(tmp_path, text_of("cubic.yaml").replace("HEIGHT", "0")))
     a, k = symbols_of(at_centre, "a", "k")
     assert at_centre.K == sp.ImmutableMatrix(cubic(a, k))
-    above = rs.derive(written(tmp_path, CUBIC.replace("HEIGHT", "h")))
+    above = rs.derive(written(tmp_path, text_of("cubic.yaml").replace("HEIGHT", "h")))
     a, k, h = symbols_of(above, "a", "k", "h")
     lever = sp.Matrix([[0, -h, 0], [h, 0, 0], [0, 0, 0]])
     J = sp.Matrix(sp.BlockMatrix([[sp.eye(3), lever], [sp.zeros(3), sp.eye(3)]]))

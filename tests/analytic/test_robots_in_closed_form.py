@@ -5,30 +5,9 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic import FormulaTooLargeError, canonical, rank_formula
-from robostiff.analytic.robot_formula import derive_robot
-from robostiff.errors import InputError
+from robostiff.analytic import canonical, rank_formula
 from tests.analytic.formulas import derived
-
-ARM_2R = """
-robostiff: 1
-name: 2r-arm
-source: Salisbury (1980)
-planar: true
-parameters:
-  l1: 500 mm
-  l2: 400 mm
-  k1: 2e5 N m/rad
-  k2: 1e5 N m/rad
-legs:
-  - name: arm
-    chain:
-      - {type: revolute, name: shoulder, axis: z, role: actuated, stiffness: k1, home: 30 deg}
-      - {type: rigid, name: upper arm, to: [l1, 0, 0]}
-      - {type: revolute, name: elbow, axis: z, role: actuated, stiffness: k2, home: 60 deg}
-      - {type: rigid, name: forearm, to: [l2, 0, 0]}
-      - {type: revolute, name: wrist, axis: z, role: passive}
-"""
+from tests.files import FILES
 
 
 def symbol(derivation, name):
@@ -118,11 +97,9 @@ def test_branches_are_taken_at_nominal_values_not_elsewhere():
     assert at_random(derivation, robot, lambda numeric, _: rs.stiffness(numeric).K, 1) < 1e-10
 
 
-def test_2r_arm_is_salisburys_formula(tmp_path):
+def test_2r_arm_is_salisburys_formula():
     """K = J^-T K_theta J^-1 in translation, the wrist being free to turn."""
-    file = tmp_path / "arm.yaml"
-    file.write_text(ARM_2R, encoding="utf-8")
-    derivation = rs.derive(file, pose=rs.AtSymbols(), form=rs.Closed())
+    derivation = rs.derive(FILES / "2r-arm.yaml", pose=rs.AtSymbols(), form=rs.Closed())
     l1, l2, k1, k2, q1, q2 = (symbol(derivation, n) for n in ("l1", "l2", "k1", "k2", "q1", "q2"))
     J = sp.Matrix([l1 * sp.cos(q1) + l2 * sp.cos(q1 + q2), l1 * sp.sin(q1) + l2 * sp.sin(q1 + q2)])
     J = J.jacobian([q1, q2])
@@ -145,31 +122,3 @@ def test_given_coordinates_are_exact_and_agree():
     K = np.array(derivation.substituted({symbol(derivation, "k"): 1e8}).evalf(30), dtype=float)
     expected = rs.stiffness(robot.numeric, [0.1, 0, 0.8, 0, 0, np.radians(10)]).K
     np.testing.assert_allclose(K, expected, atol=1e-10 * np.max(expected))
-
-
-def test_a_closed_form_beyond_the_limit_is_refused_at_once():
-    with pytest.raises(FormulaTooLargeError, match="Steps"):
-        rs.derive("six-joint-arm", form=rs.Closed(500))
-
-
-@pytest.mark.parametrize("x", [0.9, 5])
-def test_a_pose_out_of_reach_is_refused(x):
-    with pytest.raises(InputError, match="falls short of the pose"):
-        rs.derive("3-puu", pose=rs.AtCoordinates({"x": x}))
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: rs.derive(rs.load("3-rpr"), symbols=("k",)), "loaded with its symbols"),
-        (lambda: rs.derive(3), "got 'int'"),
-        (lambda: rs.derive("3-rpr", pose="home"), "AtHome"),
-        (lambda: rs.derive("3-rpr", form="steps"), "Closed"),
-        (lambda: rs.derive("3-rpr", pose=rs.AtCoordinates({"z": 1})), "x, y, gamma"),
-        (lambda: rs.derive("3-rpr", pose=rs.AtCoordinates({"x": "1"})), "finite number"),
-        (lambda: derive_robot(rs.load("3-rpr"), rs.AtCoordinates({"x": np.nan})), "finite number"),
-    ],
-)
-def test_bad_calls_say_what_to_write(call, message):
-    with pytest.raises(InputError, match=message):
-        call()

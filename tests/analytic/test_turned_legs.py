@@ -14,6 +14,7 @@ from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.turned_legs import images_of_legs
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.robots import robot_file
+from tests.files import FILES
 
 ALL = rs.ALL_PARAMETERS
 
@@ -116,26 +117,6 @@ def test_mirror_images_count_only_where_all_of_them_are_there():
     assert found == {2: (0, "1/3", False), 4: (0, "2/3", False)}
 
 
-RIGID_ACROSS = """
-robostiff: 1
-name: rigid-across
-source: three rigid legs of an RPS, elastic along themselves alone
-parameters: {R: 350 mm, r: 200 mm, h: 600 mm, k: 8e7 N/m}
-home: {at: [0, 0, h]}
-legs:
-  repeat: {count: 3, variable: i}
-  let: {phi: i*120 deg}
-  base: {at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}
-  chain:
-    - {type: revolute, name: hinge, axis: y, role: passive}
-    - {type: prismatic, name: strut, axis: z, role: actuated, stiffness: k}
-    - {type: spherical, name: platform joint, role: passive}
-  platform: {at: [r*cos(phi), r*sin(phi), 0]}
-"""
-
-
-def test_a_leg_that_is_rigid_in_a_direction_is_refused(tmp_path):
-    page = tmp_path / "rigid-across.yaml"
-    page.write_text(RIGID_ACROSS, encoding="utf-8")
+def test_a_leg_that_is_rigid_in_a_direction_is_refused():
     with pytest.raises(rs.InputError, match="meets no compliance"):
-        rs.derive(rs.load(page, symbols=ALL))
+        rs.derive(rs.load(FILES / "rigid-across.yaml", symbols=ALL))

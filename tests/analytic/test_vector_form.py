@@ -1,6 +1,7 @@
 """Robots at vector level: one generic leg, the table of what differs, and the sum."""
 
 import copy
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,10 +23,11 @@ from robostiff.analytic.export import (
 from robostiff.analytic.placement import robot_placement
 from robostiff.analytic.placement.agreement import RobotInNumbers, matrix_distance
 from robostiff.analytic.placement.robot_placement import place_robot
-from robostiff.analytic.vectors.vector_expressions import Cross, Stacked, Turned, Turns, Vector
+from robostiff.analytic.vectors.vector_expressions import Turns
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import DisagreementError
 from robostiff.kinematics import posture_finder
+from robostiff.robots import robot_file
 from tests.analytic.formulas import in_numbers
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -41,19 +43,6 @@ def platform(placed):
     return vector_form(placed)
 
 
-def test_a_platform_is_one_leg_and_the_angles_of_eq_26(platform):
-    named = {e.name: e.expression for e in platform.leg}
-    u, b = Vector("u_i"), Vector("b_i")
-    assert named["w_i"] == Stacked(u, Cross(Turned("Q", b), u))
-    assert str(named["c_i"]) == "1/k"
-    degrees = {
-        name: [int(x * 180 / sp.pi) for x in column] for name, column in platform.columns.items()
-    }
-    # 360 degrees of the paper's last leg are 0.
-    assert degrees == {"phi_i": [0, 120, 120, 240, 240, 0], "psi_i": [60, 60, 180, 180, 300, 300]}
-    assert platform.turned == (("leg1", "leg3", "leg5"), ("leg2", "leg4", "leg6"))
-
-
 def test_a_wrong_form_is_found(placed, platform):
     RobotInNumbers.of(placed).check(platform.K, platform.definitions)
     psi = platform.columns["psi_i"]
@@ -62,15 +51,6 @@ def test_a_wrong_form_is_found(placed, platform):
     )
     with pytest.raises(DisagreementError, match="the formula and the numerical form"):
         RobotInNumbers.of(placed).check(wrong.K, wrong.definitions)
-
-
-def test_a_leg_with_a_couple_names_the_directions_of_both():
-    form = rs.derive("3-upu", symbols=("h", "turned"), form=Steps()).vectors
-    assert form is not None
-    named = {e.name: e.expression for e in form.leg}
-    assert named["w_i_2"] == Stacked(0, Vector("n_i"))
-    assert {str(s) for s in named["c_i_2"].free_symbols} >= {"s_i", "t_i", "L_i"}
-    assert form.turned == (("leg1", "leg2", "leg3"),)
 
 
 def test_legs_of_two_kinds_have_their_compliances_in_the_table():
@@ -130,21 +110,6 @@ def test_carriages_ahead_and_behind_are_a_sign_in_the_table(forms):
     _, form = forms("hexaglide")
     assert form.columns["sigma_i"] == (-1, -1, 1, 1, -1, 1)
     assert set(form.columns) == {"a_iy", "psi_i", "sigma_i"}
-
-
-def test_all_languages_write_it():
-    """Text is among the printed formulas."""
-    derivation = rs.derive("gough-stewart-b", symbols=("R", "r", "k"), pose=AtSymbols())
-    latex = derivation_latex(derivation)
-    assert r"\mathbf{d}_{i} &= \mathbf{p} + \mathbf{Q} \mathbf{b}_{i} - \mathbf{a}_{i}" in latex
-    assert r"leg3 & $\frac{2 \pi}{3}$ & $\pi$ \\" in latex
-    assert "| leg1 | $0$ | $\\frac{\\pi}{3}$ |" in derivation_markdown(derivation)
-    assert "<table>" in derivation_html(derivation)
-    assert "bold(upright(d))_(i) = " in derivation_typst(derivation)
-    assert copy.deepcopy(derivation).vectors == derivation.vectors
-    given = derivation.subs({"k": 1e8})
-    assert given.vectors is not None
-    assert {str(s) for s in derivation.symbols} - {str(s) for s in given.symbols} == {"k"}
 
 
 def test_steps_that_are_asked_for_follow_the_vectors():
@@ -253,3 +218,14 @@ def test_conditions_and_vectors_are_found_when_they_are_first_looked_at(pose, mo
     for name in ("conditions", "vectors"):
         with pytest.raises(NotImplementedError):
             getattr(derivation, name)
+
+
+@pytest.mark.parametrize("name", ["3-rrr", "3-puu", "delta"])
+def test_a_machine_of_a_hundredth_of_the_size_has_the_same_vectors(name, tmp_path):
+    text = Path(robot_file(name)).read_text(encoding="utf-8")
+    small = tmp_path / "small.yaml"
+    small.write_text(re.sub(r"([\d.]+) mm\b", lambda own: f"{float(own[1]) / 100:g} mm", text))
+    one, other = (rs.derive(robot, pose=rs.AtSymbols()).vectors for robot in (name, small))
+    assert one is not None
+    assert other is not None
+    assert other.leg == one.leg

@@ -14,6 +14,7 @@ from robostiff.analytic.placement.agreement import matrix_distance
 from robostiff.kinematics import posture_finder
 from robostiff.robots import robot_file
 from tests.analytic.formulas import in_numbers
+from tests.files import FILES
 
 # Robots, and a line of their vectors; all lines are among those of all shipped robots.
 WRITTEN = {
@@ -160,28 +161,8 @@ def test_at_home_their_entries_are_shorter(name):
     assert rs.derive(name, symbols=rs.ALL_PARAMETERS).vectors is None
 
 
-def test_a_planar_chain_is_a_sum_of_springs_at_any_joint_coordinates(tmp_path: Path):
-    beam = "material: steel, section: {rectangle: {width_y: 20 mm, height_z: 40 mm}}}"
-    path = tmp_path / "chain.yaml"
-    path.write_text(
-        f"""robostiff: 1
-name: chain
-title: A crank and a rod
-source: dimensions are chosen here
-parameters: {{l_1: 400 mm, l_2: 300 mm, k: 2e4 N m/rad}}
-planar: true
-legs:
-  - name: leg
-    chain:
-      - {{type: revolute, name: motor, axis: z, role: actuated, stiffness: k, home: 20 deg}}
-      - {{type: beam, name: crank, to: [l_1, 0, 0], y_axis: y, {beam}
-      - {{type: revolute, name: elbow, axis: z, role: passive, home: 60 deg}}
-      - {{type: beam, name: rod, to: [l_2, 0, 0], y_axis: y, {beam}
-      - {{type: revolute, name: tip, axis: z, role: passive}}
-""",
-        encoding="utf-8",
-    )
-    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+def test_a_planar_chain_is_a_sum_of_springs_at_any_joint_coordinates():
+    robot = rs.load(FILES / "planar-chain.yaml", symbols=rs.ALL_PARAMETERS)
     derivation = rs.derive(robot, pose=AtSymbols())
     assert derivation.named is not None
     (leg,) = derivation.named.legs

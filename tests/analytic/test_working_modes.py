@@ -1,7 +1,5 @@
 """Formulas hold for the assembly mode that numbers choose, by home coordinates and limits."""
 
-import html
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,15 +7,9 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
-from robostiff.analytic.export import (
-    derivation_html,
-    derivation_latex,
-    derivation_markdown,
-    derivation_text,
-    derivation_typst,
-)
 from robostiff.robots import robot_file
 from tests.analytic.export.programs import in_all
+from tests.files import FILES
 
 AT = {"x": 1e-3, "y": -2e-3, "z": -0.6, "alpha_P": 3e-3, "beta": -2e-3, "gamma": 4e-3}
 TURN = Rotation.from_euler("xyz", [AT["alpha_P"], AT["beta"], AT["gamma"]])
@@ -85,49 +77,9 @@ def test_a_formula_holds_where_numbers_choose_its_posture(variant, tmp_path):
     assert not all(same)
 
 
-def test_texts_say_where_the_formula_holds():
-    formula = rs.derive("hexaglide", symbols=("l", "r", "k"))
-    words = "'leg1' at home is nearer to its home coordinates than in another posture"
-    for write, delta in (
-        (derivation_text, "Delta_1 = l - 2*r*"),
-        (derivation_latex, r"\Delta_{1}"),
-        (derivation_markdown, r"\Delta_{1}"),
-        (derivation_typst, "Delta_(1)"),
-        (derivation_html, "Δ"),
-    ):
-        text = " ".join(html.unescape(write(formula)).split())
-        assert "these differences are positive" in text, write
-        assert delta in text, write
-        plain = re.sub(r"['’\\]", "", text)
-        assert words.replace("'", "") in plain, write
-
-
-SLIDES = """\
-robostiff: 1
-name: slides
-source: rods that leave their carriages upwards or downwards, equally near to the home coordinates
-parameters: {o: 0 mm, l: 800 mm, R: 600 mm, r: 60 mm, k: 8e6 N/m}
-home: {}
-coordinates: [x, y, z]
-legs:
-  repeat: {count: 3, variable: i}
-  let: {phi: i*120 deg}
-  base: {at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}
-  chain:
-    - {type: prismatic, name: drive, axis: z, role: actuated, stiffness: k, home: -o}
-    - {type: universal, axes: [y, x], role: passive}
-    - {type: beam, name: rod, to: [0, 0, -l], y_axis: x, material: steel,
-       section: {circle: {diameter: 30 mm}}}
-    - {type: universal, axes: [x, y], role: passive}
-  platform: {at: [r*cos(phi), r*sin(phi), 0], turn: [{z: phi}]}
-"""
-
-
-def test_two_postures_equally_near_to_home_are_no_disagreement(tmp_path):
+def test_two_postures_equally_near_to_home_are_no_disagreement():
     # Numbers at parameters nearby stood in the other one: "one is wrong, which is a fault".
-    file = tmp_path / "slides.yaml"
-    file.write_text(SLIDES, encoding="utf-8")
-    robot = rs.load(file, symbols=rs.ALL_PARAMETERS)
+    robot = rs.load(FILES / "slides.yaml", symbols=rs.ALL_PARAMETERS)
     K = rs.derive(robot).lambdify()
     answered = 0
     for o in (-0.3, -0.01, 0.01, 0.3):

@@ -7,30 +7,9 @@ import json
 import numpy as np
 
 import robostiff as rs
-from robostiff.io.document import parse_document
-from robostiff.io.model_file import model_from_document
 from tests.cases.metric import distance
+from tests.files import FILES
 from tests.network.frames import GRAPHS
-
-PARALLELOGRAM = """\
-robostiff: 1
-name: parallelogram
-source: a reference case
-home: {at: [600 mm, 0, 0]}
-coordinates: [z]
-legs:
-  - name: leg
-    chain:
-      - type: parallelogram
-        across: [0, 0, -100 mm]
-        chain:
-          - {type: revolute, axis: -y, role: passive}
-          - type: beam
-            to: [600 mm, 0, 0]
-            material: {E: 210 GPa, poisson_ratio: 0.3}
-            section: {tube: {outer_diameter: 16 mm, inner_diameter: 12 mm}}
-          - {type: revolute, axis: -y, role: passive}
-"""
 
 
 def oracle(name: str) -> dict:
@@ -39,7 +18,7 @@ def oracle(name: str) -> dict:
 
 def test_parallelogram():
     expected = oracle("h_parallelogram_square")
-    robot = model_from_document(parse_document(PARALLELOGRAM))
+    robot = rs.load(FILES / "parallelogram-of-tubes.yaml")
     result = rs.stiffness(robot)
     assert distance(result.K, np.array(expected["K"])) < expected["suggested_rtol"]
     assert int(result.rank) == expected["rank"]

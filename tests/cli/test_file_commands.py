@@ -14,6 +14,7 @@ from robostiff.io.model_file.schema import _MEANINGS, model_file_schema
 from robostiff.io.snapshot import network_schema, network_to_data, snapshot_schema
 from robostiff.robots import robot_file
 from tests.cli.running import Running
+from tests.files import text_of
 
 ROOT = Path(__file__).parents[2]
 MODELS = [
@@ -171,17 +172,7 @@ springs:
     free_length: 100 mm
 """
 LAW = "laws: {arm/hinge: 1e4 N m/rad*q + 1e9 N m/rad^3*q^3}"
-ARM = """
-robostiff: 1
-name: arm
-source: a test
-legs:
-  - name: arm
-    chain:
-      - {type: revolute, name: hinge, axis: y, role: actuated, stiffness: 1e4 N m/rad}
-      - {type: link, name: link, to: [1, 0, 0], stiffness: [1e7, 1e7, 1e7, 1e5, 1e5, 1e5]}
-      - {type: prismatic, name: screw, axis: z, role: actuated, stiffness: KQ, limits: [-1, 1]}
-"""
+ARM = text_of("arm-with-a-screw.yaml")
 
 
 def test_a_converted_robot_does_not_lose_springs_and_laws_in_silence():

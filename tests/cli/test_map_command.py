@@ -9,6 +9,7 @@ import xarray
 
 import robostiff as rs
 from tests.cli.running import Running
+from tests.files import text_of
 
 
 @pytest.fixture(autouse=True)
@@ -25,8 +26,6 @@ GRID = ("3-rpr", "--x", "-20 mm, 20 mm, 5", "--rz", "0 10 deg 3")
 def test_a_grid_with_units():
     outcome = run(*GRID, "-o", "map.nc")
     assert outcome.exit_code == 0, outcome.stderr
-    assert "3-rpr: 15 poses (x 5 x rz 3) in map.nc" in outcome.stdout
-    assert "reachable: 15 (100 %)" in outcome.stdout
     with xarray.open_dataset("map.nc") as found:
         np.testing.assert_allclose(found.x, [-0.02, -0.01, 0, 0.01, 0.02], atol=1e-17)
         np.testing.assert_allclose(found.rz, np.radians([0, 5, 10]))
@@ -34,16 +33,6 @@ def test_a_grid_with_units():
         y = found.attrs["home_pose"][1]
         K = rs.stiffness(rs.load("3-rpr"), [x, y, rz]).K
         np.testing.assert_allclose(found.rotational_stiffness[1, 2, 0], K[2, 2], rtol=1e-6)
-
-
-def test_the_summary_names_the_weakest_pose_and_its_status():
-    outcome = run("hexapod", "--x", "0 0.9 4", "--quantity", "worst-deflection", "-o", "-")
-    rows = [line.split() for line in outcome.stdout.splitlines() if "worst deflection" in line]
-    assert [row[0] for row in rows] == ["least", "greatest"]
-    assert [row[-3:] for row in rows] == [["x", "0", "ok"], ["x", "0.9", "beyond-limits"]]
-    unreachable = run("3-puu", "--x", "2 3 2", "-o", "none.nc")
-    assert unreachable.exit_code == 1
-    assert "least" not in unreachable.stdout
 
 
 def test_the_greatest_displacement_is_that_of_the_magnitude():
@@ -76,13 +65,6 @@ def test_the_greatest_load_names_its_actuator_and_a_rotation_in_the_plane_its_si
         assert said["pose"]["x"] == pytest.approx(float(here.x))
     assert facts["ranges"]["rotation"][:2] == [float(rotation.min()), float(rotation.max())]
     assert "rotation_magnitude" not in facts["ranges"]
-
-
-def test_standard_output_has_the_summary_alone(tmp_path):
-    facts, text = json.loads(run(*GRID, "-o", "-", "--json").stdout), run(*GRID, "-o", "-").stdout
-    assert (facts["output"], facts["poses"], facts["robot"]) == ("-", 15, "3-rpr")
-    assert text.startswith("3-rpr: 15 poses (x 5 x rz 3)\nreachable: 15 (100 %)\n")
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("output", ["map.zarr", "map.nc"])
@@ -141,19 +123,7 @@ def test_joints_random_poses_and_other_options():
     assert again.stdout == outcome.stdout
 
 
-ARM = """
-robostiff: 1
-name: an arm whose slide is called x, and lies across x
-source: made up
-HOME
-legs:
-  - name: arm
-    chain:
-      - {type: revolute, name: a, axis: z, role: actuated, stiffness: 1e5 N m/rad}
-      - {type: spring, name: s, stiffness: [1e7, 1e7, 1e7, 1e5, 1e5, 1e5]}
-      - {type: prismatic, name: x, axis: y, role: actuated, stiffness: 1e6 N/m}
-      - {type: spring, name: t, stiffness: [1e7, 1e7, 1e7, 1e5, 1e5, 1e5]}
-"""
+ARM = text_of("arm-with-a-slide-x.yaml")
 
 
 def test_a_joint_with_the_name_of_a_pose_coordinate_is_that_joint():

@@ -11,20 +11,6 @@ from robostiff.plot.picture import Path, Scene
 from tests.cli.running import Running
 
 run = Running()
-printed = run.answer
-
-
-def test_near_chooses_the_other_posture():
-    robot, pose = rs.load("3-rrr"), [0.02, 0.01, 0.1]
-    other = [own[-1].coordinates for own in rs.postures(robot, pose).values()]
-    words = " ".join(f"{value:.17g}" for q in other for value in q)
-    command = ["stiffness", "3-rrr", "--pose", "0.02 0.01 0.1"]
-    home, near = printed(*command), printed(*command, "--near", words)
-    expected = rs.stiffness(robot, pose, near=other).K
-    K = np.array(near["stiffness"])
-    assert np.allclose(K, expected, rtol=1e-9)
-    apart = K - np.array(home["stiffness"])
-    assert np.abs(apart).max() > 1e-3 * np.abs(K).max()
 
 
 @pytest.mark.parametrize("what", ["robot", "ellipsoids", "deflection"])
@@ -54,25 +40,6 @@ def test_near_chooses_the_posture_that_is_drawn(what, tmp_path, monkeypatch):
 
     assert missed(near) < 1e-9
     assert missed(home) > 1e-2
-
-
-def test_joints_of_a_parallel_robot_are_those_of_its_actuators():
-    robot = rs.load("hexapod")
-    home = [float(q[0, 2]) for q in rs.find_posture(robot).coordinates]
-    in_mm = " ".join(f"{1e3 * q + 10:.12g} mm" for q in home)
-    q = rs.ActuatorCoordinates(np.array(home) + 0.01)
-    expected = np.asarray(rs.stiffness(robot, q).pose)
-    found = printed("stiffness", "hexapod", "--joints", in_mm)["pose"]
-    assert np.allclose(found, expected, atol=1e-9)
-    one = printed("stiffness", "hexapod", "--joints", f"leg2/strut={home[1] + 0.01:.12g}")["pose"]
-    longer = rs.ActuatorCoordinates({"leg2/strut": home[1] + 0.01})
-    expected = np.asarray(rs.stiffness(robot, longer).pose)
-    assert np.allclose(one, expected, atol=1e-9)
-
-
-def test_tip_and_axis_as_a_pose():
-    found = printed("stiffness", "hexapod", "--pose", "tip 0 0 900 mm axis 0 0 1 spin 10 deg")
-    assert np.allclose(found["pose"], [0, 0, 0.9, 0, 0, np.pi / 18], atol=1e-9)
 
 
 def test_near_of_a_map(tmp_path):

@@ -19,7 +19,7 @@ from tests.said import indented, now, on_file, write
 PAGE, ROOT = Path(__file__).parent / "refusals.txt", Path(__file__).parents[2]
 #: Files that are not shipped, in the folder in which the commands run.
 FILES = (
-    *("examples/portal.json", "docs/star-platform.yaml"),
+    *("examples/portal.json", "examples/ur5.stiffness.yaml", "docs/star-platform.yaml"),
     "tests/cases/data/a01_cantilever_x.json",
 )
 

@@ -14,31 +14,16 @@ from click.testing import CliRunner
 
 from robostiff.cli.main import app
 from robostiff.cli.options import Command
+from tests.files import FILES
 
 COMMANDS = tuple(app.list_commands(Context(app)))
 ROOT = Path(__file__).resolve().parents[2]
-SPRUNG = """\
-robostiff: 1
-name: balanced arm
-source: a test
-gravity: -z
-legs:
-  - name: arm
-    chain:
-      - {type: revolute, axis: y, role: actuated, stiffness: 1e4 N m/rad}
-      - {type: beam, to: [300 mm, 0, 0], material: steel, section: {circle: {diameter: 20 mm}}}
-springs:
-  - name: balance
-    between: [{body: base, at: [0, 0, 400 mm]}, {body: platform, at: [0, 0, 0]}]
-    stiffness: 100 N/m
-    free_length: 100 mm
-"""
 WITH_JSON = {
     "robots": ((),),
     "check": (
         ("planar-link", "--parts", "--plot", "parts.png"),
         ("hexapod", "--set", "k_joint=250"),
-        ("sprung.yaml",),
+        (str(FILES / "sprung.yaml"),),
         ("cable-4-planar",),
         ("double-pantograph",),
         (str(ROOT / "docs" / "star-platform.yaml"),),
@@ -174,7 +159,6 @@ def test_json_of_commands_that_write_files(command, more, tmp_path, monkeypatch)
 @pytest.mark.parametrize("command", WITH_JSON)
 def test_json_has_the_keys_that_the_documents_list(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("sprung.yaml").write_text(SPRUNG, encoding="utf-8")
     found = set()
     for words in WITH_JSON[command]:
         outcome = run(command, *words, "--json")

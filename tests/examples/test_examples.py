@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 
 from tests.project.shown_output import ROOT
+from tests.robots.test_orthoglide import both
 
 FOLDER = ROOT / "examples"
 EXAMPLES = sorted(FOLDER.glob("*.py"))
@@ -138,6 +139,18 @@ def test_parallelograms_hold_torques(page: Page):
     *_, least, _, most, _ = home.split()
     assert least == most
     assert page.claims(f"a factor of {least} against torques")
+    assert least == "131"
+    found = page.names["table"]
+    np.testing.assert_allclose(found["held"][0], found["held"][1], rtol=1e-9)
+    assert (found["alone"][1] <= found["alone"][0] * (1 + 1e-9)).all()
+    C, C_other = (np.linalg.inv(K)[:, 3:, 3:] for K in both())
+    axes = np.random.default_rng(1).normal(size=(50, 3))
+    turned = [np.einsum("ai,nij,aj->na", axes, block, axes) for block in (C, C_other)]
+    factors = turned[1] / turned[0]
+    assert (found["factors"].min(axis=1, keepdims=True) <= factors * (1 + 1e-9)).all()
+    assert (found["factors"].max(axis=1, keepdims=True) >= factors * (1 - 1e-9)).all()
+    assert found["factors"].min() == pytest.approx(13.7, abs=0.1)
+    assert found["factors"].max() == pytest.approx(289, abs=1)
 
 
 @of("zeroing_rows_is_wrong")

@@ -9,6 +9,7 @@ import robostiff as rs
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.model import ALL_COORDINATES
+from tests.files import FILES
 
 SCARA = """\
 robostiff: 1
@@ -24,19 +25,6 @@ legs:
       - {{type: revolute, axis: z, role: actuated, stiffness: 1e5 N m/rad}}
       - {{type: beam, to: [0, 0.3, 0], material: steel, section: {{circle: {{diameter: 20 mm}}}}}}
       - {{type: prismatic, axis: z, role: actuated, stiffness: 1e7 N/m}}
-"""
-WRIST = """\
-robostiff: 1
-name: wrist
-source: a test
-home: {at: [0, 0, 0.1]}
-legs:
-  - name: arm
-    chain:
-      - {type: revolute, axis: z, role: actuated, stiffness: 1e5 N m/rad}
-      - {type: revolute, axis: y, role: actuated, stiffness: 1e5 N m/rad}
-      - {type: revolute, axis: z, role: actuated, stiffness: 1e5 N m/rad}
-      - {type: beam, to: [0, 0, 0.1], material: steel, section: {circle: {diameter: 20 mm}}}
 """
 
 
@@ -60,4 +48,4 @@ def test_they_are_as_many_as_its_freedoms(chosen):
 
 
 def test_all_of_them_pose_an_arm_whose_home_is_singular():
-    assert read(WRIST).coordinates == ALL_COORDINATES
+    assert rs.load(FILES / "wrist.yaml").coordinates == ALL_COORDINATES

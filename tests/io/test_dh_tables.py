@@ -9,25 +9,11 @@ from scipy.spatial.transform import RigidTransform, Rotation
 import robostiff as rs
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
+from tests.files import text_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ur5-dh.yaml"
 
-ARM = """
-robostiff: 1
-name: arm
-source: an example
-parameters: {l: 500 mm, k: 2e4 N m/rad}
-dh:
-  convention: modified
-  base: {at: [0, 0, 1 m]}
-  joints:
-    - {d: 400 mm, stiffness: k, limits: [-170 deg, 170 deg]}
-    - {name: shoulder, alpha: -90 deg, theta: -90 deg, stiffness: k, home: 20 deg}
-    - {a: l, stiffness: k, home: 45 deg}
-    - {type: prismatic, alpha: 90 deg, d: 100 mm, stiffness: 1e7 N/m, home: 50 mm}
-  tool: {at: [0, 0, 80 mm], turn: [{y: 30 deg}]}
-reference_point: [0, 0, 10 mm]
-"""
+ARM = text_of("table-of-dh.yaml")
 
 
 def read(text: str, **more):
@@ -83,14 +69,7 @@ def test_other_values_of_parameters_and_symbols():
     )
 
 
-SIDE = """
-robostiff: 1
-source: the stiffnesses of the example
-tool: {link: tool0}
-joints:
-  wrist_*: {stiffness: 4e3 N m/rad}
-  "*": {stiffness: 2e4 N m/rad}
-"""
+SIDE = text_of("ur5-of-example.stiffness.yaml")
 
 
 def test_published_arm_in_ten_lines_is_that_of_its_urdf(tmp_path):

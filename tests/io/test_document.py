@@ -15,22 +15,9 @@ from hypothesis import strategies as st
 from robostiff.errors import FileError
 from robostiff.io.document import Limits, parse_document, read_document
 from tests.calls import calls_of
+from tests.files import text_of
 
-ROBOT = """\
-robostiff: 1
-parameters: {R: 300 mm, phi: 10 deg}
-legs:
-  - name: "left"
-    chain:
-      - {joint: revolute, axis: [0, 0, 1]}
-      -   link: beam
-          length: 2*R
-  - name: 'right'
-    chain: []
-note: |
-  two
-  lines
-"""
+ROBOT = text_of("mixed-styles.yaml")
 
 
 def refusal(text, file="robot.yaml", **kwargs):
@@ -58,23 +45,6 @@ def test_yaml_gives_plain_data():
         ],
         "note": "two\nlines\n",
     }
-
-
-@pytest.mark.parametrize(
-    ("scalar", "value"),
-    [
-        ("1", 1), ("-7", -7), ("010", 10), ("0x1F", 31), ("0o17", 15), ("1.5", 1.5), ("1e8", 1e8),
-        (".5", 0.5), ("5.", 5.0), ("-1.0E-3", -1e-3), (".inf", math.inf), ("-.inf", -math.inf),
-        ("+.Inf", math.inf), ("true", True), ("False", False), ("null", None), ("~", None),
-        ("", None), ("yes", "yes"), ("no", "no"), ("on", "on"), ("off", "off"), ("1_000", "1_000"),
-        ("0b11", "0b11"), ("12:30:45", "12:30:45"), ("2026-01-01", "2026-01-01"), ("'1'", "1"),
-        ('"true"', "true"), ("300 mm", "300 mm"), ("1e999", math.inf), ("\uff11", "\uff11"),
-    ],
-)  # fmt: skip
-def test_scalars_follow_the_core_schema(scalar, value):
-    got = parse_document(f"a: {scalar}").data["a"]
-    assert got == value
-    assert type(got) is type(value)
 
 
 def test_nan_is_left_to_a_later_layer():
@@ -125,29 +95,6 @@ def test_standard_input_is_read_no_further_than_the_limit(monkeypatch):
 # --- places ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "key"),
-    [
-        ((), "1:1", "1:1"),
-        (("robostiff",), "1:12", "1:1"),
-        (("parameters",), "2:13", "2:1"),
-        (("parameters", "phi"), "2:30", "2:25"),
-        (("legs", 0), "4:5", "4:5"),
-        (("legs", 0, "name"), "4:11", "4:5"),
-        (("legs", 0, "chain", 0, "axis"), "6:33", "6:27"),
-        (("legs", 0, "chain", 0, "axis", 2), "6:40", "6:40"),
-        (("legs", 0, "chain", 1, "length"), "8:19", "8:11"),
-        (("legs", 1, "chain"), "10:12", "10:5"),
-        (("note",), "11:7", "11:1"),
-    ],
-)
-def test_places_in_mixed_block_and_flow_style(path, value, key):
-    document = parse_document(ROBOT, file="f")
-    place, key_place = document.location(path), document.key_location(path)
-    assert f"{place.line}:{place.column}" == value
-    assert f"{key_place.line}:{key_place.column}" == key
-
-
 def test_path_is_rendered_and_missing_values_point_to_the_nearest_ancestor():
     document = parse_document(ROBOT, file="robot.yaml")
     assert str(document.location(["legs", 0, "chain", 1, "axis"])) == (
@@ -156,35 +103,6 @@ def test_path_is_rendered_and_missing_values_point_to_the_nearest_ancestor():
     assert str(document.key_location(["legs", 7, "chain"])) == "robot.yaml:4:3: legs[7].chain"
     assert str(document.location(["robostiff", "x", 0])) == "robot.yaml:1:12: robostiff.x[0]"
     assert document.location(["legs", -1]).line == 4
-
-
-JSON = """{
-\t"legs": [
-\t\t{"axis": [0, 0, 1], "n\\u00f6te \\"x\\"": "a,b]:{"},
-\t\t{"k": 1e8}
-\t], "x": {"y": null}
-}
-"""
-
-
-@pytest.mark.parametrize(
-    ("path", "value", "key"),
-    [
-        ((), (1, 1), (1, 1)),
-        (("legs",), (2, 10), (2, 2)),
-        (("legs", 0), (3, 3), (3, 3)),
-        (("legs", 0, "axis", 1), (3, 16), (3, 16)),
-        (("legs", 0, 'nöte "x"'), (3, 42), (3, 23)),
-        (("legs", 1, "k"), (4, 9), (4, 4)),
-        (("x", "y"), (5, 16), (5, 11)),
-        (("x", "z"), (5, 10), (5, 10)),
-    ],
-)
-def test_places_in_json_with_tabs_and_escapes(path, value, key):
-    document = parse_document(JSON, file="r.json")
-    place, key_place = document.location(path), document.key_location(path)
-    assert (place.line, place.column) == value
-    assert (key_place.line, key_place.column) == key
 
 
 scalars = st.none() | st.booleans() | st.integers(-(10**9), 10**9) | st.text(max_size=8)
@@ -336,7 +254,7 @@ def test_random_yaml_punctuation(text):
     read_or_refuse(text.encode())
 
 
-@pytest.mark.parametrize("text", [ROBOT, JSON])
+@pytest.mark.parametrize("text", [ROBOT, text_of("tabs-and-escapes.json")])
 def test_truncated_files(text):
     for end in range(len(text)):
         read_or_refuse(text[:end].encode())

@@ -10,31 +10,6 @@ from robostiff.io.units import UNIT_WORDS, exact_quantity, make_quantity, make_u
 ENVIRONMENT = {"R": make_quantity(sp.Symbol("R", positive=True), make_unit({"m": 1}))}
 
 
-def exact(text):
-    return parse(text).evaluate(ENVIRONMENT, exact_mathematics()).magnitude
-
-
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("0.25 mm", sp.Rational(1, 4000)),
-        ("0.1 + 0.2", sp.Rational(3, 10)),
-        ("cos(120 deg)", -sp.Rational(1, 2)),
-        ("sqrt(2)^2", 2),
-        ("2*pi", 2 * sp.pi),
-        ("1e8 N/m / (4 kN/mm)", 25),
-        ("2 kN/mm^2", 2 * 10**9),
-        ("R*sin(30 deg) + 10 mm", ENVIRONMENT["R"].magnitude / 2 + sp.Rational(1, 100)),
-        ("hypot(R, R)", sp.sqrt(2) * ENVIRONMENT["R"].magnitude),
-        ("atan2(1, 1)", sp.pi / 4),
-        ("max(3 mm, 2 mm)", sp.Rational(3, 1000)),
-        ("1e-400", 0),
-    ],
-)
-def test_value_is_exact(text, value):
-    assert exact(text) == value
-
-
 @pytest.mark.parametrize("word", UNIT_WORDS)
 @pytest.mark.parametrize("power", [1, -2])
 def test_exact_unit_is_the_unit(word, power):

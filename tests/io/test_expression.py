@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from robostiff.errors import InputError
 from robostiff.io.expression import parameter_values, parse
-from robostiff.io.units import UNIT_WORDS, Dimension, make_quantity, parse_quantity, to_si
+from robostiff.io.units import UNIT_WORDS, make_quantity, parse_quantity
 
 ENVIRONMENT = {
     name: parse_quantity(text)
@@ -33,68 +33,12 @@ def refusal(text):
     return str(caught.value)
 
 
-# --- arithmetic -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("2^3^2", 512), ("2**3**2", 512), ("-2^2", -4), ("(-2)^2", 4), ("2^-1", 0.5),
-        ("2^-1^2", 0.5), ("--3", 3), ("+-3", -3), ("2*-3", -6), (".5e1 + 1.", 6), ("pi", math.pi),
-        ("2*pi*n", 6 * math.pi), ("sqrt(16)", 4), ("abs(-3)", 3), ("min(3, 1, 2)", 1),
-        ("max(3, 1, 2)", 3), ("min(3)", 3), ("hypot(3, 4)", 5), ("atan2(1, -1)", 3 * math.pi / 4),
-        ("asin(0.5)", math.pi / 6), ("acos(0.5)", math.pi / 3), ("atan(1)", math.pi / 4),
-        ("tan(45 deg)", 1), ("sin(30 deg)", 0.5), ("cos(60 deg)", 0.5), (" \t1\n+\r\n1 ", 2),
-    ],
-)  # fmt: skip
-def test_arithmetic(text, expected):
-    assert value(text) == pytest.approx(expected, rel=1e-14)
-
-
-@pytest.mark.parametrize(
-    ("text", "expected", "dimension"),
-    [
-        ("2 * 300 mm", 0.6, Dimension.LENGTH),
-        ("R + 10 mm", 0.31, Dimension.LENGTH),
-        ("R*cos(2*phi)", 0.15, Dimension.LENGTH),
-        ("k/2", 5e7, Dimension.TRANSLATIONAL_STIFFNESS),
-        ("10 N/m", 10, Dimension.TRANSLATIONAL_STIFFNESS),
-        ("2.5 kN m/rad", 2500, Dimension.ROTATIONAL_STIFFNESS),
-        ("1/rad * 5 N m", 5, Dimension.ROTATIONAL_STIFFNESS),
-        ("10 N/R", 100 / 3, Dimension.TRANSLATIONAL_STIFFNESS),
-        ("10 N m/R", 100 / 3, Dimension.FORCE),
-        ("k/10 N/m", 1e7, Dimension.NUMBER),
-        ("300 mm^2", 3e-4, Dimension.AREA),
-        ("(300 mm)^2", 0.09, Dimension.AREA),
-        ("pi/4*(R^2 - r^2)", math.pi * 0.02, Dimension.AREA),
-        ("pi/64*(R^4 - r^4)", math.pi / 64 * 0.008, Dimension.SECOND_MOMENT),
-        ("sqrt(R^2 - r^2)", math.sqrt(0.08), Dimension.LENGTH),
-        ("hypot(R, r)", math.hypot(0.3, 0.1), Dimension.LENGTH),
-        ("atan2(r, R)", math.atan2(1, 3), Dimension.ANGLE),
-        ("asin(r/R)", math.asin(1 / 3), Dimension.ANGLE),
-        ("phi + 0.1", math.pi / 6 + 0.1, Dimension.ANGLE),
-        ("max(0, R - 1 m)", 0, Dimension.LENGTH),
-        ("0 + R", 0.3, Dimension.LENGTH),
-        ("-R", -0.3, Dimension.LENGTH),
-        ("R^0", 1, Dimension.NUMBER),
-        ("R*2/m", 0.6, Dimension.NUMBER),
-        ("abs(-10 deg)", math.pi / 18, Dimension.ANGLE),
-    ],
-)
-def test_units(text, expected, dimension):
-    quantity = parse(text).evaluate(ENVIRONMENT)
-    assert to_si(quantity, dimension) == pytest.approx(expected, rel=1e-14)
-    si = parse_quantity(f"1 {dimension.si_unit}")
-    assert quantity.units.is_like(si.units)
+# --- arithmetic, beside what readings.txt has of it -----------------------------------------------
 
 
 def test_values_must_be_quantities():
-    environment = {"a": parse_quantity("1000 mm"), "b": parse_quantity("1 m")}
-    assert parse("a + b").evaluate(environment).magnitude == 2
-    message = "expression 'c', column 1: got 'c = 1.0', expected a quantity for it"
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=r"column 1: got 'c = 1.0', expected a quantity for it"):
         parse("c").evaluate({"c": 1.0})  # type: ignore[dict-item]
-    assert str(caught.value) == message
 
 
 def test_names_in_order_of_appearance():

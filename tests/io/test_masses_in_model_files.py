@@ -7,41 +7,9 @@ from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import find_posture, with_masses
 from robostiff.model import Robot
+from tests.files import text_of
 
-MODEL = """
-robostiff: 1
-name: arm
-source: for this test
-parameters: {L: 500 mm, tool: 3 kg, rho: 7000 kg/m^3}
-materials: {iron: {E: 170 GPa, poisson_ratio: 0.27, density: rho}}
-sections: {bar: {circle: {diameter: 40 mm}}}
-gravity: -z
-platform_masses: [{name: tool, mass: tool, centre: [0, 0, 50 mm]}]
-legs:
-  - name: arm
-    chain:
-      - {type: revolute, axis: y, role: actuated, stiffness: 2e5 N m/rad}
-      - {type: rigid, name: motor, to: [0, 0, 0], mass: 2*tool, centre: [0, 20 mm, 0]}
-      - {type: rigid, name: bracket, to: [0, 0, 0.1], mass: 1 kg}
-      - {type: beam, name: upper, to: [L, 0, 0], material: iron, section: bar}
-      - type: beam
-        name: taper
-        to: [L, 0, 0]
-        material: iron
-        taper:
-          - {share: 0.5, section: bar}
-          - {share: 0.5, section: {circle: {diameter: 30 mm}}}
-      - {type: spring, name: gear, stiffness: [1e8, 1e8, 1e8, 1e5, 1e5, 1e5], mass: 0.5 kg}
-      - {type: beam, name: heavy, to: [L, 0, 0], material: iron, mass: 9 kg, section: bar}
-      - type: telescope
-        direction: x
-        home: 0.2
-        role: actuated
-        stiffness: 1e7
-        beams:
-          - {share: 0.0, fixed: 0.1, mass: 0.7 kg, material: iron, section: bar}
-          - {share: 1.0, fixed: 0.1, material: iron, section: bar}
-"""
+MODEL = text_of("arm-with-masses.yaml")
 ROUND = np.pi * 0.04**2 / 4
 
 

@@ -26,6 +26,7 @@ from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.model import Actuated, Elbow, JointKind, Link, Locked, Passive, Rigid, Telescope
 from robostiff.spatial import Space
+from tests.files import FILES, text_of
 
 PAGE = Path(__file__).parents[2] / "docs" / "model-files.md"
 
@@ -253,23 +254,7 @@ def test_telescope():
 
 # --- legs and robots ---
 
-TRIPOD = """\
-robostiff: 1
-name: tripod
-title: A tripod
-source: a test
-parameters: {R: 300 mm, r: 200 mm}
-home: {at: [0, 0, 500 mm]}
-reference_point: [0, 0, 20 mm]
-legs:
-  REPEAT
-  base: {at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}
-  chain:
-    - {type: universal, axes: [y, x], role: passive}
-    - {type: prismatic, axis: z, role: actuated, stiffness: 1e8 N/m}
-    - {type: spherical, role: passive}
-  platform: {at: [r*cos(phi), r*sin(phi), 0]}
-"""
+TRIPOD = text_of("tripod-that-repeats.yaml")
 COPIES = (
     "repeat: [{name: a, phi: 120 deg}, {name: b, phi: 240 deg}, {name: c, phi: 360 deg}]",
     "repeat: {count: 3, variable: i}\n  let: {phi: i*120 deg}",
@@ -362,31 +347,12 @@ def test_drives_of_a_robot_with_symbols_have_limits_of_numbers_and_all_else_in_s
 def test_many_symbols_are_read_without_simplification_of_each_entry():
     code = f"""if True:
         import sys
-        from robostiff.io.document import parse_document
-        from robostiff.io.model_file import ALL_PARAMETERS, model_from_document
-        robot = model_from_document(parse_document({MANY!r}), symbols=ALL_PARAMETERS)
+        import robostiff as rs
+        robot = rs.load({str(FILES / "on-bearings.yaml")!r}, symbols=rs.ALL_PARAMETERS)
         assert len(robot.symbols) == 6
         assert "sympy.physics" not in sys.modules, "sympy.simplify imports it"
     """
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-MANY = """
-robostiff: 1
-name: on bearings
-source: a test
-parameters: {a: 0.3 m, b: 0.2 m, c: 0.1 m, k: 2e8 N/m, d: 20 mm, w: 1 mm}
-legs:
-  - name: arm
-    base: {at: [a, b - 2*c, a/3]}
-    chain:
-      - {type: spring, compliance: [1/k, 2/k, 1/k, 0, 0, 0]}
-      - {type: spring, stiffness: [k, k, 2*k, 2*k*a^2, k*b^2, k*c^2]}
-      - type: beam
-        to: [a, 0, 0]
-        material: steel
-        section: {tube: {outer_diameter: d, inner_diameter: d - 2*w}}
-"""
 
 
 def test_example_of_the_documentation():

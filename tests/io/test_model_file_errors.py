@@ -9,25 +9,9 @@ import pytest
 from robostiff.errors import InputError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
+from tests.files import text_of
 
-ROBOT = """\
-robostiff: 1
-name: demo
-source: a test
-parameters: {R: 500 mm, k: 1e6 N/m}
-home: {at: [0, 0, 800 mm]}
-legs:
-  repeat:
-    - {name: leg1, phi: 0 deg}
-    - {name: leg2, phi: 120 deg}
-    - {name: leg3, phi: 240 deg}
-  base: {at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}
-  chain:
-    - {type: universal, axes: [y, x], role: passive}
-    - {type: prismatic, axis: z, role: actuated, stiffness: k}
-    - {type: spherical, role: passive}
-  platform: {at: [200 mm * cos(phi), 200 mm * sin(phi), 0]}
-"""
+ROBOT = text_of("three-legs.yaml")
 DRIVE = "{type: prismatic, axis: z, role: actuated, stiffness: k}"
 
 
@@ -38,18 +22,7 @@ def test_the_robots_themselves_are_right():
         assert robot.name == "crank"
 
 
-PLANAR = """\
-robostiff: 1
-name: crank
-source: a test
-planar: true
-legs:
-  - name: arm
-    chain:
-      - {type: revolute, axis: z, role: actuated, stiffness: 1e4 N m/rad}
-      - {type: rigid, to: [1, 0, 0]}
-      - {type: prismatic, axis: x, role: actuated, stiffness: 1e6 N/m}
-"""
+PLANAR = text_of("crank.yaml")
 
 
 ODD = (None, [], {}, "", -1, 0, 1e308, "1e300 m", True, "x", [1, 2, 3], {"a": 1}, "90 deg", [[1]])

@@ -15,55 +15,12 @@ from robostiff.io.model_file import model_from_document
 from robostiff.io.snapshot import snapshot_from_document, snapshot_schema, snapshot_to_data
 from robostiff.model import ParallelBlock, PlacedBlock, Snapshot
 from tests.cases.metric import distance
+from tests.files import text_of
 
-BAR = """\
-              - {type: revolute, name: near pin, axis: z, role: passive}
-              - {type: beam, to: [300 mm, 0, 0], material: steel, section: {circle: {diameter: d}}}
-              - {type: revolute, axis: z, role: passive}
-"""
-HEAD = """\
-robostiff: 1
-name: demo
-source: a test
-home: {at: [300 mm, 0, 0]}
-coordinates: [y]
-parameters: {d: 9 mm}
-legs:
-  - name: leg
-    chain:
-"""
-PARALLEL = f"""{HEAD}\
-      - type: parallel
-        name: pair
-        branches:
-          - name: bar1
-            start: {{at: [0, -40 mm, 0]}}
-            chain:
-{BAR}\
-            end: {{at: [0, -40 mm, 0]}}
-          - name: bar2
-            start: {{at: [0, 40 mm, 0]}}
-            chain:
-{BAR}\
-            end: {{at: [0, 40 mm, 0]}}
-"""
-PARALLELOGRAM = f"""{HEAD}\
-      - type: parallelogram
-        name: pair
-        across: [0, 80 mm, 0]
-        chain:
-{BAR}"""
-REPEATED = f"""{HEAD}\
-      - type: parallel
-        name: pair
-        branches:
-          repeat: {{count: 2, variable: i, name: bar}}
-          let: {{y: (2*i - 3)*40 mm}}
-          start: {{at: [0, y, 0]}}
-          chain:
-{BAR}\
-          end: {{at: [0, y, 0]}}
-"""
+PARALLEL = text_of("pair-of-bars.yaml")
+PARALLELOGRAM = text_of("parallelogram.yaml")
+REPEATED = text_of("repeated-bars.yaml")
+HEAD = PARALLELOGRAM.partition("      - type")[0]
 
 
 def read(text: str) -> rs.Robot:

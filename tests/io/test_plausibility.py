@@ -15,18 +15,9 @@ from robostiff.io.model_file import model_from_document
 from robostiff.io.snapshot import network_from_document, snapshot_from_document
 from robostiff.robots import shipped_cable_robots, shipped_linkages, shipped_robots
 from tests.cases.reference_case import NAMES
+from tests.files import text_of
 
-ARM = """robostiff: 1
-name: arm
-source: chosen here
-parameters: {L: 300 mm}
-legs:
-  - name: arm
-    chain:
-      - {type: revolute, axis: z, role: actuated, stiffness: 1e4, home: 20 deg}
-      - {type: beam, to: [L, 0, 0], material: {E: 210 GPa, G: 81 GPa},
-         section: {circle: {diameter: 20 mm}}}
-"""
+ARM = text_of("plausible-arm.yaml")
 SNAPSHOT = {
     "name": "arm",
     "reference_point": [0.3, 0, 0],

@@ -81,6 +81,12 @@ def described(urdf: str, side: str) -> Any:
     return from_files(lambda: rs.load("arm.urdf", side="side.yaml"), arm_urdf=urdf, side_yaml=side)
 
 
+def of_tree(name: str, text: str, part: str = "<r/>") -> Any:
+    """Of a description, and of what it includes."""
+    files = {name.replace(".", "_"): text, "part_xacro": part, "side_yaml": test_harmful_files.SIDE}
+    return from_files(lambda: rs.load(name, side="side.yaml"), **files)
+
+
 def poses(text: str) -> Any:
     return from_files(lambda: read_poses(rs.load("hexapod"), "poses.csv"), poses_csv=text)
 
@@ -144,6 +150,7 @@ READERS: dict[str, Callable[..., Any]] = {
     "pitch of a screw": test_helical_joints.load_arm,
     "screw of a snapshot": screw,
     "URDF": lambda *own: described(changed(test_harmful_files.ARM, *own), test_harmful_files.SIDE),
+    "file of a description": of_tree,
     "loops and springs of a URDF": lambda own: described(
         OPEN_SQUARE.SQUARE.format(own), OPEN_SQUARE.OPEN
     ),

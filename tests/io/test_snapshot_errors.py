@@ -11,22 +11,10 @@ from hypothesis import strategies as st
 from robostiff.errors import FileError
 from robostiff.io.document import parse_document
 from robostiff.io.snapshot import snapshot_from_document
+from tests.files import text_of
 
 # One element a line, so that lines can be counted.
-TEXT = """{
- "name": "arm", "reference_point": [0.5, 0, 0], "planar": false,
- "legs": [{"name": "left", "end": [0.5, 0, 0],
-  "chain": [
-   {"type": "passive", "kind": "R", "point": [0, 0, 0], "axis": [0, 0, 1]},
-   {"type": "beam", "start": [0, 0, 0], "end": [0.5, 0, 0], "y_axis": [0, 1, 0],
-    "E": 2.1e11, "G": 8e10, "A": 8e-4, "Iy": 3e-8, "Iz": 1e-7, "J": 7e-8},
-   {"type": "spring", "kind": "P", "point": [0.5, 0, 0], "axis": [1, 0, 0], "k": 2e6},
-   {"type": "spring6", "point": [0.5, 0, 0], "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
-    "compliance": [[1e-6, 0, 0, 0, 0, 0], [0, 1e-6, 0, 0, 0, 0], [0, 0, 1e-6, 0, 0, 0],
-     [0, 0, 0, 1e-3, 0, 0], [0, 0, 0, 0, 1e-3, 0], [0, 0, 0, 0, 0, 1e-3]]}
-  ]}]
-}
-"""
+TEXT = text_of("arm-snapshot.json")
 
 
 PLANAR = """{"name": "arm", "planar": true, "reference_point": [0, 0, 0],

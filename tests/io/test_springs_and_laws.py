@@ -8,28 +8,10 @@ from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import find_posture, with_body_springs
 from robostiff.model import Robot
+from tests.files import text_of
 from tests.statics.robots_under_load import loaded, number
 
-ARM = """
-robostiff: 1
-name: balanced arm
-source: chosen here
-parameters: {height: 0.6 m, k: 1.2 kN/m, drive: 5e3 N m/rad}
-gravity: -z
-legs:
-  - name: arm
-    chain:
-      - {type: rigid, name: column, to: [0, 0, height]}
-      - {type: revolute, name: shoulder, axis: -y, role: actuated, stiffness: drive, home: 20 deg}
-      - {type: rigid, name: upper, to: [0.8 m, 0, 0], mass: 3 kg}
-      - {type: spring, name: wrist, stiffness: [1e9, 1e9, 1e9, 1e7, 1e7, 1e7]}
-platform_masses: [{mass: 12 kg}]
-springs:
-  - name: compensator
-    between: [{body: arm/column, at: [0, 0, height + 0.3 m]}, {body: arm/upper, at: [0.3 m, 0, 0]}]
-    stiffness: k
-    free_length: 100 mm
-"""
+ARM = text_of("balanced-arm.yaml")
 
 
 def built(text: str, parameters: dict[str, str] | None = None, **options: object) -> Robot:

@@ -7,7 +7,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.maps.variables import EXCLUDED, NOT_COMPUTED, status_flags
-from robostiff.plot.picture import Bands, Field, Marks, Mesh
+from robostiff.plot.picture import Bands, Marks, Mesh
 from robostiff.plot.theme import Theme
 from tests.plot.machines import robot, tripod_map
 
@@ -26,33 +26,6 @@ def map_with(status=0, rank=6, value=1e-8):
 
 def names_at(picture, j: int, i: int) -> list[str]:
     return [region.name for region in picture.regions if region.where[j, i]]
-
-
-def test_slice_has_the_values_of_the_map():
-    found = tripod_map()
-    picture = rs.plot.map_slice(found, "worst_deflection", **XY, at={"z": 0.31})
-    shown = found.worst_deflection.isel(z=1).transpose("y", "x").values
-    known = np.isfinite(shown)
-    assert picture.scale is not None
-    assert picture.scale.label == "worst deflection [µm/N]"
-    assert 0 < known.sum() < known.size
-    assert picture.values[known] * 1e-6 == pytest.approx(shown[known])
-    assert np.all(np.isnan(picture.values[~known]))
-    assert picture.title == "3-puu: z = 0.3 m"
-    assert (picture.x.label, picture.y.label) == ("x [m]", "y [m]")
-    assert picture.scale.low == pytest.approx(1e6 * shown[known].min())
-    assert picture.notes == (f"{100 * known.mean():.0f} % of the poses have a value",)
-
-
-def test_axes_can_be_swapped_and_components_chosen():
-    found = tripod_map()
-    at = {"z": 0.3, "principal_translation": 2}
-    one = rs.plot.map_slice(found, "translational_stiffness", x="x", y="y", at=at, backend=DATA)
-    other = rs.plot.map_slice(found, "translational_stiffness", x="y", y="x", at=at, backend=DATA)
-    assert one.values == pytest.approx(other.values.T, nan_ok=True)
-    stiffest = found.translational_stiffness.isel(z=1, principal_translation=2)
-    assert np.nanmax(one.values) == pytest.approx(float(stiffest.max()) / 1e6)
-    assert "principal translation 3 of 3" in one.title
 
 
 @pytest.mark.parametrize(
@@ -153,24 +126,6 @@ def test_ranks_and_statuses_have_names_and_no_scale():
     assert kept == next(region.style(palette) for region in usual if region.name == "unreachable")
 
 
-def test_an_overview_chooses_what_is_left_open():
-    found = tripod_map()
-    picture = rs.plot.map_overview(found, backend=DATA)
-    assert isinstance(picture, Field)
-    assert picture.scale is not None
-    assert picture.scale.label == "worst deflection [µm/N]"
-    assert picture.title == "3-puu: z = 0.3 m"
-    own = rs.plot.map_overview(found, "translational_stiffness", at={"x": 0.1}, backend=DATA)
-    assert isinstance(own, Field)
-    assert own.title == "3-puu: x = 0.1 m, principal translation 1 of 3"
-    assert (own.x.label, own.y.label) == ("y [m]", "z [m]")
-    bands = rs.plot.map_overview(found, None, at={"x": 0, "y": 0}, backend=DATA)
-    assert isinstance(bands, Bands)
-    assert bands.values.shape[1] == 3
-    with pytest.raises(rs.InputError, match="all coordinates cut"):
-        rs.plot.map_overview(found, at={"x": 0, "y": 0, "z": 0.3})
-
-
 @pytest.mark.parametrize(
     ("time", "label", "places"), [([2, 5], "time [s]", [2, 5]), (None, "pose", [0, 1])]
 )
@@ -188,18 +143,6 @@ def test_a_list_of_poses_is_drawn_over_its_time_or_its_numbers(time, label, plac
     figure = axes.figure
     box = figure.get_tightbbox(figure.canvas.get_renderer())
     assert box.x0 >= 0
-
-
-def test_isolines_are_round_and_between_the_ends():
-    picture = rs.plot.map_slice(tripod_map(), "worst_deflection", **XY, at={"z": 0.3}, isolines=4)
-    assert picture.scale is not None
-    low, high = picture.scale.low, picture.scale.high
-    assert 1 <= len(picture.isolines) <= 5
-    assert all(low <= level <= high for level in picture.isolines)
-    chosen = rs.plot.map_slice(
-        tripod_map(), "worst_deflection", **XY, at={"z": 0.3}, isolines=[5e-5, 3e-5]
-    )
-    assert chosen.isolines == pytest.approx((30, 50))
 
 
 def test_isosurface_lies_where_the_map_has_the_value():
@@ -220,35 +163,6 @@ def test_isosurface_lies_where_the_map_has_the_value():
     assert marks.label == "unreachable"
     assert len(marks.points) == int(((found.status & 64) != 0).sum())
     assert scene.is_equal
-
-
-def test_bands_are_percentiles_of_the_poses_with_a_value():
-    found = tripod_map()
-    picture = rs.plot.map_bands(found, "worst_deflection", along="x", backend=DATA)
-    assert picture.percents == (5, 25, 50, 75, 95)
-    for i in range(len(found.x)):
-        values = found.worst_deflection.isel(x=i).values
-        known = values[np.isfinite(values)]
-        if len(known):
-            percentiles = 1e6 * np.percentile(known, picture.percents)
-            assert picture.values[:, i] == pytest.approx(percentiles, rel=1e-6)
-        else:
-            assert np.isnan(picture.values[:, i]).all()
-    (region,) = picture.shares
-    assert region.name == "unreachable"
-    assert region.where == pytest.approx(((found.status & 64) != 0).mean(("y", "z")).values)
-
-
-@pytest.mark.parametrize("variable", ["rank", "status"])
-def test_ranks_and_statuses_along_a_coordinate_are_shares_of_all_poses(variable):
-    found = tripod_map()
-    picture = rs.plot.map_bands(found, variable, along="x", backend=DATA)
-    assert picture.percents == ()
-    shares = {region.name: region.where for region in picture.shares}
-    assert sum(shares.values()) == pytest.approx(np.ones(len(found.x)))
-    assert shares["unreachable"] == pytest.approx(((found.status & 64) != 0).mean(("y", "z")))
-    if variable == "rank":
-        assert shares["rank 6"] == pytest.approx((found["rank"] == 6).mean(("y", "z")))
 
 
 def test_named_components_are_chosen_by_name():

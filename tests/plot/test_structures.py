@@ -7,39 +7,11 @@ import pytest
 
 import robostiff as rs
 from robostiff.plot.displacement import end_key, finite_motions, motion_under, node_key
-from robostiff.plot.picture import LineWeight, Marks, Path, Text
+from robostiff.plot.picture import Path
 from robostiff.plot.posed_robot import picture_of_posed
 from tests.plot.machines import robot, twist_about
 
 DATA = rs.plot.PictureData()
-
-
-def test_every_cable_runs_from_its_eyelet_to_the_platform():
-    known = robot("cable-8")
-    pose = [0.3, 0.1, 1.2, 0, 0, 0]
-    lines = [one for one in rs.plot.robot(known, pose, backend=DATA).items if isinstance(one, Path)]
-    assert len(lines) == 8
-    for line, cable in zip(lines, known.cables, strict=True):
-        np.testing.assert_allclose(line.points[0], cable.exit_point, atol=1e-12)
-        np.testing.assert_allclose(line.points[1], np.array(pose[:3]) + cable.attachment)
-        assert line.about.startswith(f"{cable.name}: ")
-
-
-def test_every_joint_of_a_network_is_marked_where_it_is():
-    network = robot("double-pantograph")
-    scene = rs.plot.robot(network, backend=DATA)
-    names = [name for one in scene.items if isinstance(one, Marks) for name in one.about]
-    for joint in network.joints:
-        for freedom in joint.freedoms:
-            assert f"{joint.name}/{freedom.name}" in names
-
-
-def test_an_arm_is_coloured_part_by_part_and_its_joints_are_named():
-    picture = picture_of_posed(rs.find_posture(robot("six-joint-arm")).snapshot.one(0))
-    bold = [i for i in picture.items if isinstance(i, Path) and i.weight is LineWeight.BOLD]
-    assert len({repr(one.paint) for one in bold}) == len(bold) > 3
-    words = ", ".join(one.words for one in picture.items if isinstance(one, Text)).split(", ")
-    assert sorted(words) == [f"joint{i}" for i in range(1, 7)]
 
 
 STAR = pathlib.Path(__file__).parents[2] / "docs" / "star-platform.yaml"
@@ -184,21 +156,6 @@ def test_a_mode_of_a_cable_robot_swings_about_its_rest():
         wanted = twist[:3] + np.cross(twist[3:], arms)
         wanted *= np.linalg.norm(moved) / np.linalg.norm(wanted)
         np.testing.assert_allclose(moved, wanted, atol=2e-3 * np.abs(wanted).max())
-
-
-@pytest.mark.parametrize(("name", "other"), [("cable-8", "hexapod"), ("hexapod", "3-rrr")])
-def test_a_deflection_of_another_robot_is_refused(name, other):
-    wrench = [1, 0, 0, 0, 0, 0][: robot(other).space.size]
-    bent = rs.deflection(robot(other), None, wrench)
-    with pytest.raises(rs.InputError, match="of this robot"):
-        rs.plot.robot(robot(name), deflection=bent)
-
-
-def test_energy_of_a_network_has_a_bar_a_part():
-    bent = rs.deflection(robot("double-pantograph"), None, [100, 0, 0, 0, 0, 0])
-    (panel,) = rs.plot.energy_shares(bent, backend=DATA).panels
-    assert list(panel.groups[:2]) == [part.part for part in bent.parts[:2]]
-    assert panel.series[0].values.sum() == pytest.approx(100)
 
 
 @pytest.mark.parametrize("name", ["cable-4-planar", "cable-8", "double-pantograph"])

@@ -8,16 +8,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis import CableStiffness
-from robostiff.markup import (
-    Facts,
-    Folded,
-    LabelledMatrix,
-    Number,
-    Section,
-    SideBySide,
-    Table,
-    inner_blocks,
-)
+from robostiff.markup import Folded, Number, Section, Table, inner_blocks
 from robostiff.plot.picture import Scene
 from robostiff.report import described_by, report_contents, report_page, report_pdf
 from robostiff.report.figures import figures_in
@@ -62,59 +53,10 @@ def test_shares_that_are_rounding_are_shown_as_zero():
     assert sum(shares) == pytest.approx(100)
 
 
-def test_cable_robots_are_not_compared():
-    hint = "got 'cable-8-suspended', expected none; write a report of each robot"
-    with pytest.raises(rs.InputError, match=hint):
-        report_contents(rs.load("cable-8"), other=rs.load("cable-8-suspended"))  # type: ignore[arg-type]
-
-
-def test_turns_of_cables_that_are_rounding_are_zero():
-    """Pulled down, a platform that is symmetric does not turn."""
-    robot, pull = rs.load("cable-8"), [0, 0, -200, 0, 0, 0]
-    _, sections = sections_of(robot, pull)
-    (facts,) = (part for part in sections["findings"] if isinstance(part, Facts))
-    assert dict(facts.rows)["rotation under the load"] == "0 rad"
-    moves = next(part for part in sections["load"] if isinstance(part, Table)).rows
-    values = [row[3].value for row in moves if isinstance(row[3], Number)]
-    displacement = rs.cable_response(robot, wrench=pull).displacement
-    assert displacement is not None
-    found = 1e6 * displacement
-    assert np.abs(found[3:]).max() < 1e-9
-    assert values == [0, 0, pytest.approx(found[2]), 0, 0, 0]
-
-
-def test_a_drive_without_load_does_not_move_and_matrices_say_of_which_design():
-    robot = rs.load("orthoglide")
-    _, sections = sections_of(robot, [100, 0, -200, 0, 0, 0], other=rs.load("3-puu"))
-    drives = next(p for p in sections["load"] if isinstance(p, SideBySide)).columns[1]
-    assert isinstance(drives, Table)
-    (idle,) = (row for row in drives.rows if row[0] == "leg-y/drive")
-    assert [own.value for own in idle if isinstance(own, Number)] == [0, 0]
-    (matrix,) = (p for p in sections["comparison"] if isinstance(p, LabelledMatrix))
-    assert matrix.symbol == "K of 3-puu"
-
-
-def test_tensions_below_their_limit_under_the_load_alone_are_said_so():
-    robot = rs.load("cable-8")
-    assert report_page(report_contents(robot)).advice == ()
-    *cables, advice = report_page(report_contents(robot, wrench=[10, 0, -20, 0, 0, 0])).advice
-    assert cables
-    assert all(line.startswith("under the load: the tension of 'cable") for line in cables)
-    assert advice.startswith(
-        "under the load: an actuator, or the tension of a cable, is beyond its limits"
-    )
-
-
 def test_a_flexible_platform_from_a_file_has_few_pages():
     found = report_contents(rs.load(STAR), wrench=SIX, described_by=described_by(str(STAR)))
     pages = re.findall(rb"/Type\s*/Page\b", report_pdf(found))
     assert 3 <= len(pages) <= 8
-
-
-def test_a_load_that_cables_do_not_carry_is_said_so():
-    _, sections = sections_of(rs.load("cable-8-suspended"), [0, 0, 1e5, 0, 0, 0])
-    text = " ".join(str(part) for part in sections["load"])
-    assert "The load is not carried" in text
 
 
 @pytest.mark.parametrize("as_linkage", [False, True])
@@ -138,13 +80,3 @@ def test_a_flexible_platform_is_drawn_deformed():
     picture = deformed.levels[0].picture
     assert isinstance(picture, Scene)
     assert picture.notes[0].startswith("displacements × ")
-
-
-@pytest.mark.parametrize(
-    "options", [{"near": [0.0]}, {"finite": True}, {"other": "hexapod"}, {"at": [0, 0, 1]}]
-)
-def test_what_a_cable_robot_has_not_is_refused(options):
-    if "other" in options:
-        options = {"other": rs.load(options["other"])}
-    with pytest.raises(rs.InputError, match="report on cable robot"):
-        report_contents(rs.load("cable-8"), wrench=SIX, **options)

@@ -4,20 +4,17 @@ import builtins
 import re
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app
 from robostiff.errors import InputError
-from robostiff.markup import page_text
 from robostiff.report import (
     TitleBlock,
     described_by,
     report_contents,
     report_html,
-    report_page,
     report_pdf,
     report_typst,
     save_report,
@@ -85,28 +82,10 @@ def test_a_wide_matrix_scrolls_by_itself():
     assert all(before)
 
 
-def test_a_report_says_that_no_critical_load_was_found():
-    contents = report_contents(shipped("3-rpr"), wrench=[1e-9, 0, 0], finite=True)
-    assert contents.under_load is not None
-    assert not contents.under_load.critical.is_found
-    assert "No critical load was found up to" in page_text(report_page(contents))
-
-
 def test_a_pdf_alone(tmp_path):
     assert run("gough-stewart-a", "--pdf", "-o", "robot.pdf").stdout.split() == ["robot.pdf"]
     (path,) = tmp_path.iterdir()
     assert path.stat().st_size > 10_000
-
-
-def test_free_motions_are_described_in_words():
-    html = report_html(report_contents(shipped("gough-stewart-a")))
-    motions = rs.stiffness(shipped("gough-stewart-a")).free_motions
-    assert len(motions) == 3
-    for motion in motions:
-        assert str(motion) in html
-    assert "K is singular: there is no compliance matrix." in html
-    assert "infinite" in html
-    assert 'class="title-block"' not in html  # all its lines are empty
 
 
 def test_a_load_that_is_not_carried():
@@ -131,16 +110,6 @@ def test_a_snapshot_has_no_formula(tmp_path):
     html = (tmp_path / "crane.html").read_text(encoding="utf-8")
     assert "<dd>none: a snapshot has no symbols</dd>" in html
     assert "The formula" not in html
-
-
-def test_the_formula_is_that_of_the_symbols():
-    numbers = report_contents(shipped("h4"))
-    assert numbers.derivation is None
-    assert "symbols=" in numbers.no_derivation
-    symbolic = rs.load("h4", symbols=rs.ALL_PARAMETERS)
-    contents = report_contents(shipped("h4"), symbolic=symbolic)
-    assert contents.derivation is not None
-    assert str(contents.stiffness.K.tolist()) == str(numbers.stiffness.K.tolist())
 
 
 def test_words_of_a_model_are_text_not_markup():
@@ -174,18 +143,6 @@ def test_misuse(arguments, said, tmp_path):
     assert outcome.exit_code == 2
     assert said in outcome.stderr
     assert not (tmp_path / "x.html").exists()
-
-
-def test_a_map_without_a_grid():
-    where = rs.RandomPoses(5, {"x": (-0.01, 0.01), "y": (-0.01, 0.01)}, seed=1)
-    found = rs.stiffness_map(shipped("3-rpr"), where)
-    html = report_html(report_contents(shipped("3-rpr"), found=found))
-    assert "The map has no grid over two coordinates" in html
-
-
-def test_several_poses_are_refused():
-    with pytest.raises(InputError, match="got '2 poses', expected one pose"):
-        report_contents(shipped("3-rpr"), np.zeros((2, 3)))
 
 
 @pytest.mark.parametrize(

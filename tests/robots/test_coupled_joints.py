@@ -34,6 +34,7 @@ from robostiff.model import (
 from robostiff.network import condense, energy_stiffness, network_of_snapshot
 from robostiff.spatial import Frame, move_stiffness
 from robostiff_view.machines import RobotMachine, machine_of
+from tests.files import text_of
 
 SECTION, STEEL = rs.circle(0.03), rs.material("steel")
 GEAR = coupling("b", follows="a", ratio=-1.5, offset=0.1)
@@ -280,23 +281,7 @@ def test_home_coordinates_fit_the_gear():
     assert held.joint_coordinates(held.home) == pytest.approx([0.2, 0.5])
 
 
-MODEL = """
-robostiff: 1
-name: wrist
-source: own numbers
-parameters: {k: 2e4 N m/rad, r: -1.5}
-legs:
-- name: arm
-  chain:
-  - {type: revolute, name: a, axis: z, role: actuated, stiffness: k}
-  - {type: beam, to: [500 mm, 100 mm, 0], material: steel, section: {circle: {diameter: 30 mm}}}
-  - {type: revolute, name: b, axis: y, role: passive}
-  - {type: prismatic, name: s, axis: x, role: passive}
-  - {type: beam, to: [300 mm, 0, 100 mm], material: steel, section: {circle: {diameter: 30 mm}}}
-  couplings:
-  - {joint: b, follows: a, ratio: r, offset: 10 deg, stiffness: 5e4 N m/rad, name: belt}
-  - {sum: {s: 1, a: 5 mm/rad}, equals: 20 mm}
-"""
+MODEL = text_of("geared-wrist.yaml")
 
 
 def model(tmp_path, text: str = MODEL, **options):

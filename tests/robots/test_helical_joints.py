@@ -18,6 +18,7 @@ from robostiff.model import Actuated, Chain, Leg, Passive, PlacedFreedom, Placed
 from robostiff.plot.displacement import motion_under
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame, Screw
+from tests.files import text_of
 from tests.generators.chains import random_rotation
 from tests.generators.leg_wrenches import random_beam
 
@@ -124,22 +125,8 @@ def test_formula_with_a_symbolic_pitch_and_its_export():
 
 
 def arm(pitch: str = "20 mm", more: str = "") -> str:
-    return f"""
-robostiff: 1
-name: screw arm
-source: made for these tests
-parameters: {{p: {pitch}, kq: 50 N m/rad}}
-legs:
-  - name: arm
-    chain:
-      - {{type: revolute, axis: z, role: actuated, stiffness: 2e4 N m/rad}}
-      - {{type: beam, to: [400 mm, 0, 0], material: steel,
-         section: {{circle: {{diameter: 30 mm}}}}}}
-      - {{type: helical, name: quill, axis: z, pitch: p, role: actuated, stiffness: kq,
-         home: 90 deg{more}}}
-      - {{type: beam, to: [0, 100 mm, -200 mm], material: steel,
-         section: {{circle: {{diameter: 20 mm}}}}}}
-"""
+    text = text_of("screw-arm.yaml").replace("p: 20 mm", f"p: {pitch}")
+    return text.replace("home: 90 deg", f"home: 90 deg{more}")
 
 
 def load_arm(pitch: str = "20 mm", more: str = "", **options) -> rs.Robot:

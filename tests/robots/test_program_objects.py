@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from tests.files import text_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SIDE = EXAMPLES / "ur5.stiffness.yaml"
@@ -66,20 +67,7 @@ def test_mujoco_model_with_loops():
     assert np.abs(data.efc_pos).max() < 1e-3
 
 
-ARM = """
-<mujoco model="arm">
-  <worldbody>
-    <body name="upper" pos="0 0 0.3">
-      <joint name="shoulder" axis="0 1 0" range="-90 90" limited="true"/>
-      <body name="fore" pos="0.4 0 0">
-        <joint name="slide" type="slide" axis="1 0 0" ref="0.1"/>
-        <site name="tip" pos="0.3 0 0"/>
-      </body>
-    </body>
-  </worldbody>
-  <actuator><motor joint="shoulder"/><position joint="slide"/></actuator>
-</mujoco>
-"""
+ARM = text_of("arm.xml")
 ARM_SIDE = """
 robostiff: 1
 source: an example

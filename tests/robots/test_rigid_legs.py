@@ -1,6 +1,5 @@
 """Rigid legs that can move: what they guide is rigid, and what is left is as soft as the others."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,64 +9,17 @@ import robostiff as rs
 from robostiff import Status
 from robostiff.model import Actuated, Chain, Leg, Locked, Rigid, Robot, prismatic, revolute
 from robostiff.spatial import Frame
-
-CRANK = """
-<mujoco><compiler angle="degree"/>
-<worldbody>
- <body name="crank" pos="0 0 0"><joint name="hinge_1" axis="0 0 1"/>
-  <geom type="capsule" size="0.02" fromto="0 0 0 1 0 0"/>
-  <body name="coupler" pos="1 0 0"><joint name="hinge_2" axis="0 0 1"/>
-   <geom type="capsule" size="0.02" fromto="0 0 0 0 1 0"/>
-   <body name="rocker" pos="0 1 0"><joint name="hinge_3" axis="0 0 1"/>
-    <geom type="capsule" size="0.02" fromto="0 0 0 -1 0 0"/></body></body></body>
-</worldbody>
-<equality><connect body1="rocker" body2="world" anchor="-1 0 0"/></equality>
-<actuator><motor joint="hinge_1" gear="10000"/></actuator></mujoco>
-"""
-SIDE = """
-robostiff: 1
-source: chosen here
-tool: coupler
-joints: {hinge_1: {stiffness: 1e4 N m/rad}}
-"""
-TRICEPT = """
-robostiff: 1
-name: guided by a rigid leg
-source: chosen here
-parameters: {R: 500 mm, r: 200 mm, h: 1 m, k: 1e8 N/m}
-home: {at: [0, 0, h]}
-coordinates: [x, y, z]
-legs:
-  - name: centre
-    chain:
-      - {type: universal, axes: [x, y], role: passive}
-      - {type: prismatic, axis: z, role: passive, home: h}
-  - repeat: {count: 3, variable: i, name: strut}
-    let: {phi: i*120 deg}
-    base: {at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}
-    chain:
-      - {type: universal, axes: [y, x], role: passive}
-      - {type: prismatic, axis: z, role: actuated, stiffness: k}
-      - {type: spherical, role: passive}
-    platform: {at: [r*cos(phi), r*sin(phi), 0]}
-"""
+from tests.files import FILES
 
 
 @pytest.fixture
-def crank(tmp_path: Path) -> Path:
-    (tmp_path / "crank.xml").write_text(CRANK)
-    (tmp_path / "crank.stiffness.yaml").write_text(SIDE)
-    return tmp_path / "crank.xml"
+def tricept() -> Any:
+    return rs.load(FILES / "guided-by-a-rigid-leg.yaml")
 
 
-@pytest.fixture
-def tricept(tmp_path: Path) -> Any:
-    (tmp_path / "tricept.yaml").write_text(TRICEPT)
-    return rs.load(tmp_path / "tricept.yaml")
-
-
-def test_a_rigid_rocker_leaves_the_compliance_of_the_crank(crank: Path):
+def test_a_rigid_rocker_leaves_the_compliance_of_the_crank():
     """The crank of 1 m, on 1e4 N m/rad, gives way along y alone, as of the linkage."""
+    crank = FILES / "crank.xml"
     found = rs.stiffness(rs.load(crank))
     C = np.zeros((6, 6))
     C[1, 1] = 1e-4

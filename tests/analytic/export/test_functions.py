@@ -7,17 +7,15 @@ import pytest
 import sympy as sp
 from hypothesis import given
 
-from robostiff.analytic import Condition, Definition, Derivation, RobotDerivation, differentiate
-from robostiff.analytic.export import c_function, matlab_function, python_function
+from robostiff.analytic import Condition, Derivation, RobotDerivation, differentiate
+from robostiff.analytic.export import matlab_function
 from robostiff.analytic.export.code import JULIA_WORDS, MATLAB_WORDS
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import (
     ALL,
     INFINITE,
     WRONG_SIGNS,
-    equation_4,
     exact,
-    in_steps,
     named_values,
     of_signed_symbols,
     random_values,
@@ -137,64 +135,6 @@ def test_lines_are_short_and_comments_end(language):
         assert max(map(len, source.splitlines())) <= 100
         assert source.isascii()
         assert source.count("*/") == (language == "c")
-
-
-def test_a_definition_that_others_share_keeps_its_name():
-    x, y, mu = sp.symbols("x y mu_1")
-    K = sp.ImmutableMatrix([[(x + y) ** 2, mu, 0], [mu, 1 / mu, 0], [0, 0, 0]])
-    source = python_function(Derivation("K", K, (), K, (Definition(mu, x + y),)))
-    assert "mu_1 = x + y" in source
-    assert "t1" not in source
-    assert "mu_1**2" in source
-
-
-def test_shared_subexpressions_are_computed_once():
-    source = python_function(ALL["oblique"])
-    assert source.count("np.sin(") == source.count("np.cos(") == source.count("np.sqrt(") == 1
-
-
-def test_exact_fractions():
-    assert "K[..., 0, 0] = 1/3\n" in python_function(ALL["numbers_only"])
-    assert "K[0] = 1.0/3.0;" in c_function(ALL["numbers_only"])
-    K = sp.ImmutableMatrix(sp.diag(sp.Symbol("x") / 3, 0, 0))
-    assert "= (1.0/3.0)*x;" in c_function(Derivation("K", K, (), K))
-
-
-def test_comments_say_order_and_convention():
-    comment, code = c_function(in_steps()).split("*/", 1)
-    words = " ".join(comment.replace("*", " ").split())
-    assert "p[0] K_11, p[1] K_12" in words
-    assert "p[21] L." in words
-    assert "const double L = p[21];" in code
-    assert "def stiffness(K_11, K_12, K_13," in python_function(in_steps())
-    text = " ".join(in_python(in_steps()).__doc__.split())
-    for own in (words, text):
-        assert "twist (dx, dy, dz, rx, ry, rz) of the reference point" in own
-        assert "wrench (Fx, Fy, Fz, Mx, My, Mz) about the reference point" in own
-        assert "SI units" in own
-    words = " ".join(python_function(of_signed_symbols()).split())
-    assert "unless A, L are positive or zero; unless x is negative or zero; unless the" in words
-
-
-@pytest.mark.parametrize(
-    ("language", "names"),
-    [
-        ("python", ["", "2a", "lambda", "a b", "np", "x)\nimport os"]),
-        ("c", ["", "2a", "double", "sin", "a b", "f(void){} void g"]),
-        ("julia", ["function"]),
-        ("matlab", ["function"]),
-    ],
-)
-def test_a_name_that_is_no_identifier_is_refused(language, names):
-    for name in names:
-        with pytest.raises(InputError, match="name of the function"):
-            WRITERS[language](equation_4(), name)
-
-
-def test_two_symbols_of_one_name_are_refused():
-    K = sp.diag(sp.Symbol("L"), sp.Symbol("L", positive=True), 0)
-    with pytest.raises(InputError, match="two called 'L'"):
-        python_function(Derivation("K", sp.ImmutableMatrix(K), (), sp.ImmutableMatrix(K)))
 
 
 @writers

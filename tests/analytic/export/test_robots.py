@@ -1,7 +1,6 @@
 """Derivations of whole robots in all languages."""
 
 import ast
-import copy
 import json
 from dataclasses import replace
 
@@ -15,17 +14,11 @@ from robostiff.analytic.export import (
     derivation_data,
     derivation_html,
     derivation_latex,
-    derivation_markdown,
     derivation_text,
-    derivation_typst,
-    julia_function,
-    matlab_function,
     python_function,
 )
-from robostiff.analytic.export.languages import MATHML
 from robostiff.io.expression import parse
 from robostiff.io.units import make_quantity
-from tests.analytic.test_parts_that_exist import ARM, CASES, OWN
 
 FORMS = {
     "closed at home": ("gough-stewart-b", rs.AtHome(), rs.Closed()),
@@ -50,24 +43,6 @@ def test_expressions_in_json_are_read_by_the_parser_of_model_files(derivation):
     K = np.array([[parse(x).evaluate(values).magnitude for x in row] for row in data["K"]])
     assert K == pytest.approx(expected, rel=1e-12, abs=1e-12 * np.abs(expected).max())
     assert [leg["joints"] for leg in data["legs"]] == [list(leg.joints) for leg in derivation.legs]
-
-
-def test_meanings_of_parameters_stand_in_all_languages():
-    derivation = rs.derive("3-rrr")
-    words = "rotational stiffness, 20000 N m/rad in the model"
-    assert derivation.meanings["k"] == words
-    for own in (derivation, copy.deepcopy(derivation)):
-        for write in (derivation_text, derivation_markdown, derivation_latex, derivation_typst):
-            assert words in " ".join(write(own).replace("\\", "").split())
-        for write in (c_function, julia_function, matlab_function):
-            assert f"k: {words}" in write(own)
-        assert f"    k : array_like\n        {words}\n" in python_function(own)
-    for write in (c_function, julia_function, matlab_function, python_function):
-        assert "Cartesian stiffness matrix of 3-rrr about the reference point, " in write(
-            derivation
-        )
-    assert "l1: length, 0.2 m in the model\n" in derivation_text(derivation.subs("R", 0.3))
-    assert "k: rotational stiffness" in derivation_text(rs.derive("3-rrr", leg="leg1"))
 
 
 def test_meanings_from_elsewhere_do_no_harm():
@@ -101,22 +76,6 @@ def test_every_name_in_the_text_is_defined_before_it_is_used(derivation):
         known[name] = sp.Symbol(name)
 
 
-def test_stiffnesses_of_beams_in_symbols_are_equations(tmp_path):
-    path = tmp_path / "arm.yaml"
-    path.write_text(ARM.format(material=OWN, section=CASES["tube"][1]))
-    text = derivation_text(rs.derive(rs.load(path, symbols=rs.ALL_PARAMETERS)))
-    assert "EA_1 = pi*E*(b - h)*(b + h)/4\n" in text
-    assert "EA_1: axial stiffness E A of bar\n" in text
-
-
-def test_latex_and_typst_show_names_of_legs_as_subscripts():
-    derivation = rs.derive("3-rrr", pose=rs.AtSymbols(), form=rs.Steps())
-    assert r"B_{\mathrm{leg1},x}" in derivation_latex(derivation)
-    assert r"\sum \frac{\mathbf{w} \mathbf{w}^{\mathsf{T}}}{c}" in derivation_latex(derivation)
-    assert "sum frac(" in derivation_typst(derivation)
-    assert r"\sum" in derivation_markdown(derivation)
-
-
 def test_names_with_blanks_become_identifiers(tmp_path):
     file = tmp_path / "robot.yaml"
     source = rs.load("3-rpr").source  # any text will do
@@ -140,14 +99,6 @@ def test_a_pickled_derivation_keeps_formula_and_legs(derivation):
         derivation.where,
     )
     assert [leg.joints for leg in again.legs] == [leg.joints for leg in derivation.legs]
-
-
-def test_a_factor_stands_apart_from_a_function():
-    """Without a space a cos(phi) reads as the arc cosine of phi."""
-    a, phi = sp.symbols("a phi")
-    written = MATHML.write(a * sp.cos(phi))
-    assert '<mi>a</mi><mo>&#8290;</mo><mspace width="0.17em"/><mi>cos</mi>' in written
-    assert "mspace" not in MATHML.write(a * phi)
 
 
 def test_long_conditions_are_in_words_and_never_multiplied_out():

@@ -7,7 +7,7 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import differentiate
-from robostiff.analytic.export import derivation_html, derivation_latex, derivation_text
+from robostiff.analytic.export import derivation_latex
 from tests.analytic.export.derivations import ALL
 from tests.other_programs import command
 
@@ -54,21 +54,6 @@ def complaints_of_tex(folder, fragments):
 def test_derivations_of_robots_are_set_without_a_complaint(tmp_path):
     derived = [rs.derive(name, **how) for name, how in ROBOTS.items()]
     assert complaints_of_tex(tmp_path, map(derivation_latex, derived)) == []
-
-
-def test_names_in_sentences_are_formulas():
-    derivation = rs.derive("gough-stewart-b")
-    latex, html = derivation_latex(derivation), derivation_html(derivation)
-    assert (
-        r"eq. (25) with $K_{11}$ = $\frac{1}{c_{i}}$; $\mathbf{d}_{i}$ and $-\mathbf{b}_{i}$"
-        in latex
-    )
-    assert "the wrenches $\\mathbf{w}$ that they transmit" in latex
-    assert "K_11" not in html
-    assert "compliance <math>" in html
-    assert "with K_11 = 1/c_i; d_i and -b_i are u_i and v_i" in " ".join(
-        derivation_text(derivation).split()
-    )
 
 
 def test_derivations_by_hand_and_a_derivative_are_set(tmp_path):

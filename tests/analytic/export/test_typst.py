@@ -8,44 +8,9 @@ from hypothesis import strategies as st
 
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.export import derivation_pdf, derivation_typst
-from robostiff.analytic.export.languages import TYPST
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL
 from tests.analytic.export.expressions import expressions
-
-x, y = sp.symbols("x y")
-
-
-@pytest.mark.parametrize(
-    ("expression", "written"),
-    [
-        (x + y / 3, "x + frac(y, 3)"),
-        (x - 2 * y, "x - 2 y"),
-        (-x / (3 * y**2), "-frac(x, 3 y^(2))"),
-        ((x + y) * x, "x (x + y)"),
-        (1 / sp.sqrt(x + y), "frac(1, sqrt(x + y))"),
-        (sp.sin(x) ** 2 * sp.asin(y), "sin^(2) (x) arcsin (y)"),
-        ((x + y) ** 3, "(x + y)^(3)"),
-        (sp.Symbol("mu_1") ** 2, "mu_(1)^(2)"),
-        (sp.Rational(-1, 3), "-frac(1, 3)"),
-        (sp.Float("1.5e-9") * x, "1.5 dot 10^(-9) x"),
-        (sp.Abs(x) * sp.pi, "pi abs(x)"),
-        (sp.atan2(x, y), 'op("atan2") (x, y)'),
-        (2 * sp.cbrt(3), r"2 dot 3^(1\/3)"),
-    ],
-)
-def test_expressions(expression, written):
-    assert TYPST.write(expression) == written
-
-
-def test_only_matrices_that_are_wide_lie_on_their_side():
-    for name in ("equation_4", "gough_stewart_b"):
-        assert "flipped: false" in derivation_typst(ALL[name])
-    names = "a{0} b{0} c{0} d{0} e{0}"
-    wide = sp.ImmutableMatrix(6, 6, lambda i, j: sum(sp.symbols(names.format(i * j + i + j))))
-    source = derivation_typst(Derivation("K_C", wide, (), wide))
-    assert "flipped: true" in source
-    assert "#columns(2)" in source
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -8,61 +8,13 @@ import pytest
 
 import robostiff as rs
 from robostiff.linkage import close
+from tests.files import FILES, text_of
 from tests.io.urdf.examples import matrix_distance, robot_of
 
 mujoco: Any = _mujoco  # a module in C without annotations
 
-FOUR_BAR = """
-<mujoco model="four bar">
-  <compiler angle="degree"/>
-  <asset><mesh name="shell" file="not there.stl"/></asset>
-  <worldbody>
-    <body name="crank">
-      <joint name="crank" type="hinge" axis="0 1 0"/>
-      <geom type="mesh" mesh="shell" mass="0"/>
-      <body name="coupler" pos="0 0 0.2">
-        <joint name="knee" type="hinge" axis="0 1 0"/>
-        <site name="tip" pos="0.2 0 0.1"/>
-      </body>
-    </body>
-    <body name="rocker" pos="0.4 0 0">
-      <joint name="rocker" type="hinge" axis="0 1 0"/>
-    </body>
-  </worldbody>
-  <equality><connect name="ball" body1="coupler" body2="rocker" anchor="0.4 0 0"/></equality>
-  <actuator><motor name="motor" joint="crank"/></actuator>
-</mujoco>
-"""
-FOUR_BAR_SIDE = """
-robostiff: 1
-source: chosen here
-platform: coupler
-tool: tip
-joints: {crank: {stiffness: 4e3 N m/rad}}
-links:
-  crank: {type: beam, material: steel, section: {circle: {diameter: 16 mm}}}
-  rocker: {type: beam, material: steel, section: {circle: {diameter: 12 mm}}}
-"""
-FOUR_BAR_MODEL = """
-robostiff: 1
-name: four bar
-source: chosen here
-home: {at: [0, 0, 0.2]}
-reference_point: [0.2, 0, 0.1]
-legs:
-  - name: crank
-    chain:
-      - {type: revolute, axis: y, role: actuated, stiffness: 4e3 N m/rad}
-      - {type: beam, to: [0, 0, 0.2], material: steel, section: {circle: {diameter: 16 mm}}}
-      - {type: revolute, axis: y, role: passive}
-  - name: rocker
-    base: {at: [0.4, 0, 0]}
-    chain:
-      - {type: revolute, axis: y, role: passive}
-      - {type: beam, to: [0, 0, 0.2], material: steel, section: {circle: {diameter: 12 mm}}}
-      - {type: spherical, role: passive}
-    platform: {at: [0.4, 0, 0]}
-"""
+FOUR_BAR = text_of("four-bar.xml")
+FOUR_BAR_SIDE = text_of("four-bar.stiffness.yaml")
 
 
 def _written(folder, name, text):
@@ -77,7 +29,7 @@ def _loaded(folder, mjcf, side):
 
 def test_a_four_bar_is_that_of_a_model_file(tmp_path):
     robot = _loaded(tmp_path, FOUR_BAR, FOUR_BAR_SIDE)
-    written = rs.load(_written(tmp_path, "model.yaml", FOUR_BAR_MODEL))
+    written = rs.load(FILES / "four-bar.yaml")
     assert [leg.chain.size for leg in robot.legs] == [2, 4]
     result, wanted = rs.stiffness(robot), rs.stiffness(written)
     assert result.rank == wanted.rank
@@ -127,15 +79,7 @@ TWO_ARMS = (
     + ARM.format(name="right", x=1.2, turn=180, content='<site name="grasp2" pos="0.1 0 0"/>')
     + "</worldbody><equality><weld site1='grasp' site2='grasp2'/></equality></mujoco>"
 )
-TWO_ARMS_SIDE = """
-robostiff: 1
-source: chosen here
-tool: grasp
-joints:
-  "* wrist": {role: actuated, stiffness: 500 N m/rad}
-  "* slide": {role: actuated, stiffness: 2e6 N/m}
-  "*": {role: actuated, stiffness: 8e3 N m/rad}
-"""
+TWO_ARMS_SIDE = text_of("two-arms.stiffness.yaml")
 
 
 def test_a_welded_pair_of_arms_is_the_sum_of_both(tmp_path):

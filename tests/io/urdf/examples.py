@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from tests.files import text_of
 from tests.other_programs import ROBOTS
 
 UR5 = ROBOTS / "ur_description/urdf/ur5_robot.urdf"
@@ -27,16 +28,7 @@ UR5_JOINTS = (
     "wrist_2_joint",
     "wrist_3_joint",
 )
-UR5_SIDE = """
-robostiff: 1
-source: chosen here
-tool: {link: tool0, at: [0, 0, 120 mm]}
-joints:
-  shoulder_*: {stiffness: 3e4 N m/rad}
-  elbow_joint: {stiffness: 3e4 N m/rad}
-  wrist_*: {stiffness: 5e3 N m/rad}
-home: {shoulder_lift_joint: -60 deg, elbow_joint: 90 deg, wrist_2_joint: 40 deg}
-"""
+UR5_SIDE = text_of("ur5.stiffness.yaml")
 
 needs_examples = pytest.mark.needs("example-robot-data")
 

@@ -5,6 +5,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.linkage import close
+from tests.files import FILES, text_of
 from tests.io.urdf.examples import (
     matrix_distance,
     needs_examples,
@@ -115,67 +116,14 @@ def test_a_stewart_platform_as_tree_is_that_of_a_model_file(tmp_path):
     path.write_text(urdf, encoding="utf-8")
     tree = robot_of(path, with_side(tmp_path, side))
     assert len(tree.legs) == 6
-    model = tmp_path / "model.yaml"
-    model.write_text(
-        """
-robostiff: 1
-name: hexapod
-source: chosen here
-home: {at: [0, 0, 0.8]}
-legs:
-  repeat:
-    - {name: l0, phi: 0, half: -0.5}
-    - {name: l1, phi: 60 deg, half: 0.5}
-    - {name: l2, phi: 120 deg, half: -0.5}
-    - {name: l3, phi: 180 deg, half: 0.5}
-    - {name: l4, phi: 240 deg, half: -0.5}
-    - {name: l5, phi: 300 deg, half: 0.5}
-  let: {chi: phi + half*60 deg}
-  base: {at: [0.5*cos(phi), 0.5*sin(phi), 0]}
-  chain:
-    - {type: universal, axes: [x, y], role: passive}
-    - {type: prismatic, axis: z, role: actuated, stiffness: 1e8}
-    - {type: spherical, role: passive}
-  platform: {at: [0.3*cos(chi), 0.3*sin(chi), 0]}
-"""
-    )
-    written = rs.load(model)
+    written = rs.load(FILES / "hexapod-of-a-tree.yaml")
     for pose in ([0, 0, 0.8, 0, 0, 0], [0.05, -0.02, 0.85, 0.1, 0.05, -0.1]):
         K, wanted = rs.stiffness(tree, pose).K, rs.stiffness(written, pose).K
         assert matrix_distance(K, wanted) < 1e-9
 
 
-FIVE_BAR = """
-<robot name="five bar"><link name="ground"/><link name="left"/><link name="left rod"/>
-<link name="right"/><link name="right rod"/><link name="bridge"/>
-<joint name="left crank" type="continuous"><parent link="ground"/><child link="left"/>
-  <axis xyz="0 0 1"/></joint>
-<joint name="left elbow" type="continuous"><parent link="left"/><child link="left rod"/>
-  <origin xyz="0 0.3 0"/><axis xyz="0 0 1"/></joint>
-<joint name="right crank" type="continuous"><parent link="ground"/><child link="right"/>
-  <origin xyz="0.2 0 0"/><axis xyz="0 0 1"/></joint>
-<joint name="right elbow" type="continuous"><parent link="right"/><child link="right rod"/>
-  <origin xyz="0 0.3 0"/><axis xyz="0 0 1"/></joint>
-<joint name="brace" type="continuous"><parent link="left"/><child link="bridge"/>
-  <origin xyz="0 0.15 0"/><axis xyz="0 0 1"/></joint>
-</robot>
-"""
-FIVE_BAR_SIDE = """
-robostiff: 1
-source: chosen here
-tool: {link: left rod, at: [150 mm, 250 mm, 0]}
-joints:
-  "* crank": {stiffness: 2e3 N m/rad}
-  "*": {role: passive}
-links:
-  left rod: {type: beam, to: tool, material: steel, section: {circle: {diameter: 12 mm}}}
-  right rod: {type: beam, material: steel, section: {circle: {diameter: 12 mm}}}
-  left: {type: beam, to: left elbow, material: steel, section: {circle: {diameter: 20 mm}}}
-  right: {type: beam, to: right elbow, material: steel, section: {circle: {diameter: 20 mm}}}
-loops:
-  - between: [{link: left rod, at: [150 mm, 250 mm, 0]}, {link: right rod, at: [-50 mm, 250 mm, 0]}]
-    joint: {type: revolute, axis: z, role: passive}
-"""
+FIVE_BAR = text_of("five-bar.urdf")
+FIVE_BAR_SIDE = text_of("five-bar.stiffness.yaml")
 
 
 def _five_bar(folder, side):

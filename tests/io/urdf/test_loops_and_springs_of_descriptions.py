@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from tests.files import text_of
 
 # A square of four bars, drawn closed.
 BAR = """<joint name="{0}_to_{1}" type="continuous"><axis xyz="1 0 0"/><parent link="e{1}"/>
@@ -17,14 +18,7 @@ SQUARE = (
     + "".join(BAR.format(i, i - 1) for i in (2, 3, 4))
     + "{}</robot>"
 )
-SIDE = """robostiff: 1
-source: chosen here
-tool: e3
-joints: {"2_to_1": {role: actuated, stiffness: 1e4 N m/rad}, "*": {role: passive}}
-links:
-  e2: {type: beam, material: steel, section: {circle: {diameter: 20 mm}}}
-  e4: {type: beam, to: LOOP, material: steel, section: {circle: {diameter: 20 mm}}}
-"""
+SIDE = text_of("square.stiffness.yaml")
 GAZEBO = "<gazebo><joint name='c' type='{}'><child>e1</child><parent>e4</parent>{}</joint></gazebo>"
 X_AXIS = "<axis><xyz>1 0 0</xyz></axis>"
 ENDS = '<link1 link="e4" xyz="0 -0.7 0"{}/><link2 link="e1"/>'

@@ -7,21 +7,11 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from tests.files import text_of
 from tests.io.urdf.examples import UR5, UR5_JOINTS, UR5_SIDE, needs_examples, robot_of, with_side
 from tests.statics.mass_matrices import mass_matrix
 
-ARM = """<robot name="arm"><link name="base"/>
-<link name="a"><inertial><origin xyz="0.3 0 0"/><mass value="5"/>
-  <inertia ixx="0.01" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<link name="b"><inertial><origin xyz="0.2 0 0"/><mass value="8"/>
-  <inertia ixx="0.01" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<link name="tool"/>
-<joint name="j1" type="revolute"><parent link="base"/><child link="a"/><axis xyz="0 1 0"/>
-  <limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
-<joint name="j2" type="revolute"><parent link="a"/><child link="b"/><origin xyz="0.6 0 0"/>
-  <axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
-<joint name="t" type="fixed"><parent link="b"/><child link="tool"/><origin xyz="0.4 0 0"/></joint>
-</robot>"""
+ARM = text_of("heavy-arm.urdf")
 SIDE = """
 robostiff: 1
 source: chosen here

@@ -10,6 +10,7 @@ import robostiff as rs
 from robostiff.io.document import parse_document
 from robostiff.io.rigid_tree.side_file import WrittenSide
 from robostiff.io.validation import validate
+from tests.files import text_of
 from tests.io.urdf.examples import (
     ROMEO,
     UR5,
@@ -20,20 +21,7 @@ from tests.io.urdf.examples import (
     with_side,
 )
 
-ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lower"/>
-<link name="tip"/><link name="finger"/><link name="other finger"/>
-<joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
-  <axis xyz="0 1 0"/></joint>
-<joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
-  <origin xyz="0 0 0.4"/><axis xyz="0 1 0"/><limit lower="-1" upper="2" effort="1" velocity="1"/>
-</joint>
-<joint name="mount" type="fixed"><parent link="lower"/><child link="tip"/>
-  <origin xyz="0 0 0.3"/></joint>
-<joint name="grip" type="prismatic"><parent link="tip"/><child link="finger"/>
-  <axis xyz="1 0 0"/></joint>
-<joint name="grip 2" type="prismatic"><parent link="tip"/><child link="other finger"/>
-  <axis xyz="-1 0 0"/><mimic joint="grip" multiplier="2" offset="0.01"/></joint>
-</robot>"""
+ARM = text_of("arm-with-fingers.urdf")
 HEAD = "robostiff: 1\nsource: chosen here\n"
 STIFF = HEAD + 'tool: tip\njoints: {"*": {stiffness: 1e4}}\n'
 
