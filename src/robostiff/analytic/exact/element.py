@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property, cmp_to_key
-from itertools import combinations
+from functools import cmp_to_key
 from operator import itemgetter
 from typing import Any, ClassVar
 
 import sympy as sp
-from sympy.core.cache import cacheit
 
 from robostiff.frozen import frozen
 
@@ -18,7 +16,6 @@ _IN_ORDER = cmp_to_key(sp.Basic.compare)
 # functions.
 _PRODUCT = 2 * sp.Symbol("x")
 _A_PRODUCT = "product"
-_FEW = 4
 _first = itemgetter(0)
 
 
@@ -145,15 +142,7 @@ class PolynomialWriter:
                 else:
                     written[factor] = sp.Rational(*map(int, name.split("/")))
 
-            def order(factor: str) -> Any:  # as SymPy compares factors
-                if self._symbols is None:
-                    return _IN_ORDER(written[factor])
-                if factor.startswith("g"):
-                    name, _, power = factor.partition("^")
-                    return (2, bool(power), self._symbols[int(name[1:])], int(power or 1))
-                return (3,) if factor == _A_PRODUCT else (1, _IN_ORDER(written[factor]))
-
-            names = sorted(written, key=order)
+            names = sorted(written, key=lambda factor: _IN_ORDER(written[factor]))
             self._ranked = [written[x] for x in names], {x: rank for rank, x in enumerate(names)}
         return list(map(self._sum, texts))
 
@@ -178,115 +167,18 @@ class PolynomialWriter:
         whole: Any = sp.Add._from_args(tuple([term for _, term in written]), True)
         return whole
 
-    @cached_property
-    def _symbols(self) -> list[Any] | None:
-        """What SymPy compares of the generators; None where others than symbols are among them."""
-        if any(type(g) is not sp.Symbol for g in self._generators):
-            return None
-        contents = [g._hashable_content() for g in self._generators]
-        return [(len(content), content) for content in contents]
-
-
-def quotient_of(above: Any, below: Any) -> Any:
-    """A sum over another without a common factor, as SymPy would write it.
-
-    SymPy first tests whether any term is infinite, which takes longer than all the rest.
-    """
-    inverse = _inverse_of(below)
-    return above / below if inverse is None else product_of(above, inverse)
-
-
-@cacheit
-def _inverse_of(below: Any) -> Any:
-    bottom = _plain_factors(below)
-    if bottom is None:
-        return None
-    number, factors = bottom
-    powers = [(x.base, -x.exp) if x.is_Pow else (x, sp.S.NegativeOne) for x in factors]
-    inverse = [x if n is sp.S.One else sp.Pow(x, n, evaluate=False) for x, n in powers]
-    return product_of(1 / number, *inverse)
-
-
-def product_of(*parts: Any) -> Any:
-    """A product as SymPy would write it, at once where nothing merges."""
-    number, factors = sp.S.One, []
-    for part in parts:
-        plain = _plain_factors(part)
-        if plain is None:
-            return sp.Mul(*parts)
-        number *= plain[0]
-        factors += plain[1]
-    bases = [x.base if x.is_Pow else x for x in factors]
-    # Of a few, comparing is quicker than hashing all their parts.
-    if len(bases) > _FEW:
-        are_different = len(set(bases)) == len(bases)
-    else:
-        are_different = not any(a == b for a, b in combinations(bases, 2))
-    if not are_different or (len(factors) == 1 and factors[0].is_Add):
-        return sp.Mul(*parts)
-    return product_in_order(number, factors)
-
 
 def made_of(expression: Any, parts: Sequence[Any]) -> Any:
     """An expression with other parts, as SymPy would write it."""
     if expression.is_Mul:
-        return product_of(*parts)
+        return sp.Mul(*parts)
     if expression.is_Pow and parts[1] is sp.S.Half:
         return root_of(parts[0])
-    if expression.is_Pow and parts[1].is_Integer and parts[0].is_Add and parts[0].free_symbols:
-        # SymPy would look for terms that are infinite.
-        return sp.Pow(*parts, evaluate=parts[1] is sp.S.One)
     return expression.func(*parts)
-
-
-def sum_of(a: Any, b: Any) -> Any:
-    """A sum as SymPy would write it, at once where nothing merges."""
-    terms = [*sp.Add.make_args(a), *sp.Add.make_args(b)]
-    rests = {x.as_coeff_Mul()[1] for x in terms}
-    if len(rests) < len(terms) or sp.S.One in rests:
-        return a + b
-    return sp.Add._from_args(tuple(sorted(terms, key=_IN_ORDER)), True)
-
-
-def _plain_factors(product: Any) -> tuple[Any, list[Any]] | None:
-    """The number and the other factors of a product; None where SymPy might merge some of them."""
-    factors = list(product.args) if product.is_Mul else [product]
-    number = factors.pop(0) if factors[0].is_Rational else sp.S.One
-    is_plain = all(x.is_Symbol or x.is_Add or (x.is_Pow and _is_plain(x)) for x in factors)
-    return (number, factors) if is_plain and number else None
-
-
-def _is_plain(power: Any) -> bool:
-    base, exponent = power.args
-    if exponent.is_Integer:
-        return base.is_Symbol or base.is_Add
-    if base.is_Add:
-        return exponent.is_Rational and exponent.q == 2 and bool(base.free_symbols)
-    return exponent is sp.S.Half and base.is_Mul and all(map(_has_no_sign, base.args))
-
-
-def product_in_order(number: Any, factors: Sequence[Any]) -> Any:
-    """A number times factors that SymPy would not merge; a sum behind it is not multiplied out."""
-    ordered = sorted(factors, key=_IN_ORDER) if len(factors) > 1 else list(factors)
-    if number is not sp.S.One:
-        ordered.insert(0, number)
-    return sp.Mul._from_args(tuple(ordered), True)
 
 
 def root_of(radicand: Any) -> Any:
     """A square root of what is real, as SymPy would write it; it would look for imaginary parts."""
-    root = sp.Pow(radicand, sp.S.Half, evaluate=False)
-    if radicand.is_Add or (radicand.is_Mul and all(map(_has_no_sign, radicand.args))):
-        return root
-    return sp.expand_power_base(root, deep=False) if radicand.is_Mul else sp.sqrt(radicand)
-
-
-def _has_no_sign(factor: Any) -> bool:
-    """Whether SymPy knows no sign of a factor, a sum of terms with both; it has none of -1."""
-    if not factor.is_Add:
-        return factor is sp.S.NegativeOne
-    if any(
-        x.is_Symbol and x.is_nonnegative is None and x.is_nonpositive is None for x in factor.args
-    ):
-        return True
-    return len({x.could_extract_minus_sign() for x in factor.args if not x.is_Add}) == 2
+    if not (radicand.is_Add or radicand.is_Mul):
+        return sp.sqrt(radicand)
+    return sp.expand_power_base(sp.Pow(radicand, sp.S.Half, evaluate=False), deep=False)

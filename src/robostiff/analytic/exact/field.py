@@ -24,7 +24,7 @@ from robostiff.analytic.exact.atoms import (
     is_root,
     prepare,
 )
-from robostiff.analytic.exact.element import Element, PolynomialWriter, quotient_of
+from robostiff.analytic.exact.element import Element, PolynomialWriter
 from robostiff.errors import InputError
 from robostiff.frozen import frozen
 
@@ -125,7 +125,7 @@ class ExactField:
         above = self.polynomial_expression(element.num)
         if element.has_unit_denominator:
             return above
-        return quotient_of(above, self.polynomial_expression(element.den))
+        return above / self.polynomial_expression(element.den)
 
     def polynomial_expression(self, polynomial: Any) -> sp.Expr:
         """Write a polynomial of the generators as a SymPy expression."""

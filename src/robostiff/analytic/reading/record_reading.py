@@ -18,7 +18,6 @@ from robostiff.analytic.exact.definition import (
     is_shorter_negated,
     used_definitions,
 )
-from robostiff.analytic.exact.element import product_of, quotient_of, sum_of
 from robostiff.analytic.exact.exact_points import ExactPoints, Same, chooses_greater, exact
 from robostiff.analytic.exact.field import shared_field
 from robostiff.frozen import frozen
@@ -26,10 +25,7 @@ from robostiff.record import OPERATORS, Entry, Operation, Record
 
 _FUNCTIONS: dict[Operation, Any] = {
     **OPERATORS,
-    Operation.RECIPROCAL: lambda a: quotient_of(sp.S.One, a),
-    Operation.MULTIPLY: product_of,
-    Operation.ADD: sum_of,
-    Operation.SUBTRACT: lambda a, b: sum_of(a, -b),
+    Operation.RECIPROCAL: lambda a: 1 / a,
     Operation.SQUARE_ROOT: sp.sqrt,
     Operation.SINE: sp.sin,
     Operation.COSINE: sp.cos,
