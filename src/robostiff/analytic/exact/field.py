@@ -13,10 +13,12 @@ from flint.utils.flint_exceptions import DomainError
 from sympy.core.cache import cacheit
 
 from robostiff.analytic.budget import FormulaTooLargeError, spend
-from robostiff.analytic.exact.atoms import (
+from robostiff.analytic.exact.element import (
     Angles,
     Atoms,
+    Element,
     OutsideFieldError,
+    PolynomialWriter,
     Radicand,
     Roots,
     atoms_of,
@@ -24,7 +26,6 @@ from robostiff.analytic.exact.atoms import (
     is_root,
     prepare,
 )
-from robostiff.analytic.exact.element import Element, PolynomialWriter
 from robostiff.errors import InputError
 from robostiff.frozen import frozen
 
