@@ -171,12 +171,20 @@ class PolynomialWriter:
         return whole
 
 
+def power_of(base: Any, power: Any = sp.S.NegativeOne) -> Any:
+    """A whole power as SymPy would write it; of a sum it would look for terms that are infinite."""
+    is_sum = base.is_Add and bool(base.free_symbols)
+    return sp.Pow(base, power, evaluate=not is_sum or power == 1)
+
+
 def made_of(expression: Any, parts: Sequence[Any]) -> Any:
     """An expression with other parts, as SymPy would write it."""
     if expression.is_Mul:
         return sp.Mul(*parts)
     if expression.is_Pow and parts[1] is sp.S.Half:
         return root_of(parts[0])
+    if expression.is_Pow and parts[1].is_Integer:
+        return power_of(*parts)
     return expression.func(*parts)
 
 

@@ -11,7 +11,7 @@ import sympy as sp
 from sympy.core.cache import cacheit
 
 from robostiff.analytic.exact.definition import count_of
-from robostiff.analytic.exact.element import Element
+from robostiff.analytic.exact.element import Element, power_of
 from robostiff.analytic.exact.field import ExactField
 from robostiff.frozen import frozen
 
@@ -65,7 +65,7 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
         if starts_with_minus(written[i]):  # 1 - 2 x, not -(2 x - 1)
             written[i] = field.polynomial_expression(-base)
             constant *= -1 if exponent % 2 else 1
-    product = sp.Mul(*(x**exponent for x, (_, exponent) in zip(written, powers, strict=True)))
+    product = sp.Mul(*(power_of(x, n) for x, (_, n) in zip(written, powers, strict=True)))
     number = rational(constant)
     return sp.Mul(number, product, evaluate=not (product.is_Add and number != 1))
 
@@ -223,8 +223,9 @@ class ExactMatrix:
                 dens.append(fraction.den)
             places.append(len(dens) - 1)
         written = self.field.polynomial_expressions([*dens, *(f.num for f in given.values())])
+        inverses = [*map(power_of, written[: len(dens)])]
         upper: dict[tuple[int, int], Any] = {
-            place: above / written[below]
+            place: above * inverses[below]
             for place, above, below in zip(given, written[len(dens) :], places, strict=True)
         }
         rows = _symmetric(n, upper, sp.S.Zero)

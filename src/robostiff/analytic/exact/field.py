@@ -24,6 +24,7 @@ from robostiff.analytic.exact.element import (
     atoms_of,
     factors_of,
     is_root,
+    power_of,
     prepare,
 )
 from robostiff.errors import InputError
@@ -126,7 +127,7 @@ class ExactField:
         above = self.polynomial_expression(element.num)
         if element.has_unit_denominator:
             return above
-        return above / self.polynomial_expression(element.den)
+        return above * power_of(self.polynomial_expression(element.den))
 
     def polynomial_expression(self, polynomial: Any) -> sp.Expr:
         """Write a polynomial of the generators as a SymPy expression."""
