@@ -173,8 +173,7 @@ class PolynomialWriter:
 
 def power_of(base: Any, power: Any = sp.S.NegativeOne) -> Any:
     """A whole power as SymPy would write it; of a sum it would look for terms that are infinite."""
-    is_sum = base.is_Add and bool(base.free_symbols)
-    return sp.Pow(base, power, evaluate=not is_sum or power == 1)
+    return sp.Pow(base, power, evaluate=not base.is_Add or power == 1)
 
 
 def made_of(expression: Any, parts: Sequence[Any]) -> Any:
