@@ -38,7 +38,7 @@ class Formula(WrittenWhole):
         are those at which the legs close, and not free to choose.
     named : InNames or None
         The same in names, where every leg holds by unit wrenches that share no energy.
-    at_vector_level : VectorForm, InSeries or None
+    at_vector_level : VectorForm or None
         The same at vector level, found when it is first looked at.
     general_rank : int or None
         Rank of K in numbers, at the random parameters and poses at which the formula was compared

@@ -22,9 +22,9 @@ from robostiff.analytic.budget import (
 )
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.derivation import InNames, LegDerivation, RobotDerivation, SnapshotFormula
-from robostiff.analytic.exact.atoms import OutsideFieldError
 from robostiff.analytic.exact.closed import closed_sum
 from robostiff.analytic.exact.definition import Condition, Definition, Unwritten, used_definitions
+from robostiff.analytic.exact.element import OutsideFieldError
 from robostiff.analytic.legs import elastic_parts, passive_freedoms
 from robostiff.analytic.placement.agreement import (
     AGREED,
@@ -47,7 +47,7 @@ from robostiff.analytic.reading.record_reading import ClosedReading, StepReading
 from robostiff.analytic.series_form import is_arm, series_form
 from robostiff.analytic.springs.sum_of_springs import sum_of_springs
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
-from robostiff.analytic.vectors.forms import InSeries, VectorForm
+from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
 from robostiff.model import CoupledFreedom, PlacedLeg, Robot, Snapshot, with_entries
@@ -361,7 +361,7 @@ def _derivation(
         "meanings": placed.meanings,
     }
 
-    def in_vectors() -> VectorForm | InSeries | None:
+    def in_vectors() -> VectorForm | None:
         if placed.robot.platform is not None:
             return None
         at = (again() if again else placed).knowing(named.definitions if named else ())

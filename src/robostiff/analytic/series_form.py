@@ -22,8 +22,7 @@ from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.substitution import Substitution, at_values
-from robostiff.analytic.vectors.forms import InSeries, VectorForm
-from robostiff.analytic.vectors.leg_table import LegTable
+from robostiff.analytic.vectors.forms import InSeries, LegTable, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Cross,
@@ -54,7 +53,7 @@ _PRINTED = 500  # operations of a compliance beyond which it is not printed
 _SAME = 1e-9
 
 
-def series_form(placed: PlacedRobot) -> InSeries | VectorForm | None:
+def series_form(placed: PlacedRobot) -> VectorForm | None:
     """The springs of an arm, or of legs with one chain; None of others, and where one is rigid."""
     try:
         if is_arm(placed):
@@ -90,7 +89,7 @@ def _in_entries(geometry: LegGeometry) -> InSeries | None:
     definitions = used_definitions(read.definitions, [*C, *axes, *arm])
     if sum(count_of(x) for x in (*{*C.flat()}, *axes, *arm)) > _PRINTED:
         return None
-    return InSeries(definitions, placed.entries.space, C, axes, arm)
+    return InSeries(definitions, placed.entries.space, C=C, axes=axes, arm=arm)
 
 
 def _in_vectors(placed: PlacedRobot) -> VectorForm | None:

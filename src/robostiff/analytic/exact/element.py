@@ -1,16 +1,17 @@
-"""Elements of an exact field, canonical fractions of polynomials, and how these are written."""
+"""What an exact field is made of: symbols, angles, roots; elements, and how these are written."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cached_property, cmp_to_key
-from itertools import combinations
+from collections.abc import Callable, Iterable, Sequence
+from functools import cmp_to_key, reduce
 from operator import itemgetter
 from typing import Any, ClassVar
 
 import sympy as sp
 from sympy.core.cache import cacheit
 
+from robostiff.analytic.exact.definition import count_of, parts_of
+from robostiff.errors import InputError
 from robostiff.frozen import frozen
 
 _IN_ORDER = cmp_to_key(sp.Basic.compare)
@@ -18,7 +19,6 @@ _IN_ORDER = cmp_to_key(sp.Basic.compare)
 # functions.
 _PRODUCT = 2 * sp.Symbol("x")
 _A_PRODUCT = "product"
-_FEW = 4
 _first = itemgetter(0)
 
 
@@ -145,15 +145,7 @@ class PolynomialWriter:
                 else:
                     written[factor] = sp.Rational(*map(int, name.split("/")))
 
-            def order(factor: str) -> Any:  # as SymPy compares factors
-                if self._symbols is None:
-                    return _IN_ORDER(written[factor])
-                if factor.startswith("g"):
-                    name, _, power = factor.partition("^")
-                    return (2, bool(power), self._symbols[int(name[1:])], int(power or 1))
-                return (3,) if factor == _A_PRODUCT else (1, _IN_ORDER(written[factor]))
-
-            names = sorted(written, key=order)
+            names = sorted(written, key=lambda factor: _IN_ORDER(written[factor]))
             self._ranked = [written[x] for x in names], {x: rank for rank, x in enumerate(names)}
         return list(map(self._sum, texts))
 
@@ -178,115 +170,278 @@ class PolynomialWriter:
         whole: Any = sp.Add._from_args(tuple([term for _, term in written]), True)
         return whole
 
-    @cached_property
-    def _symbols(self) -> list[Any] | None:
-        """What SymPy compares of the generators; None where others than symbols are among them."""
-        if any(type(g) is not sp.Symbol for g in self._generators):
-            return None
-        contents = [g._hashable_content() for g in self._generators]
-        return [(len(content), content) for content in contents]
 
-
-def quotient_of(above: Any, below: Any) -> Any:
-    """A sum over another without a common factor, as SymPy would write it.
-
-    SymPy first tests whether any term is infinite, which takes longer than all the rest.
-    """
-    inverse = _inverse_of(below)
-    return above / below if inverse is None else product_of(above, inverse)
-
-
-@cacheit
-def _inverse_of(below: Any) -> Any:
-    bottom = _plain_factors(below)
-    if bottom is None:
-        return None
-    number, factors = bottom
-    powers = [(x.base, -x.exp) if x.is_Pow else (x, sp.S.NegativeOne) for x in factors]
-    inverse = [x if n is sp.S.One else sp.Pow(x, n, evaluate=False) for x, n in powers]
-    return product_of(1 / number, *inverse)
-
-
-def product_of(*parts: Any) -> Any:
-    """A product as SymPy would write it, at once where nothing merges."""
-    number, factors = sp.S.One, []
-    for part in parts:
-        plain = _plain_factors(part)
-        if plain is None:
-            return sp.Mul(*parts)
-        number *= plain[0]
-        factors += plain[1]
-    bases = [x.base if x.is_Pow else x for x in factors]
-    # Of a few, comparing is quicker than hashing all their parts.
-    if len(bases) > _FEW:
-        are_different = len(set(bases)) == len(bases)
-    else:
-        are_different = not any(a == b for a, b in combinations(bases, 2))
-    if not are_different or (len(factors) == 1 and factors[0].is_Add):
-        return sp.Mul(*parts)
-    return product_in_order(number, factors)
+def power_of(base: Any, power: Any = sp.S.NegativeOne) -> Any:
+    """A whole power as SymPy would write it; of a sum it would look for terms that are infinite."""
+    return sp.Pow(base, power, evaluate=not base.is_Add or power == 1)
 
 
 def made_of(expression: Any, parts: Sequence[Any]) -> Any:
     """An expression with other parts, as SymPy would write it."""
     if expression.is_Mul:
-        return product_of(*parts)
+        return sp.Mul(*parts)
     if expression.is_Pow and parts[1] is sp.S.Half:
         return root_of(parts[0])
-    if expression.is_Pow and parts[1].is_Integer and parts[0].is_Add and parts[0].free_symbols:
-        # SymPy would look for terms that are infinite.
-        return sp.Pow(*parts, evaluate=parts[1] is sp.S.One)
+    if expression.is_Pow and parts[1].is_Integer:
+        return power_of(*parts)
     return expression.func(*parts)
-
-
-def sum_of(a: Any, b: Any) -> Any:
-    """A sum as SymPy would write it, at once where nothing merges."""
-    terms = [*sp.Add.make_args(a), *sp.Add.make_args(b)]
-    rests = {x.as_coeff_Mul()[1] for x in terms}
-    if len(rests) < len(terms) or sp.S.One in rests:
-        return a + b
-    return sp.Add._from_args(tuple(sorted(terms, key=_IN_ORDER)), True)
-
-
-def _plain_factors(product: Any) -> tuple[Any, list[Any]] | None:
-    """The number and the other factors of a product; None where SymPy might merge some of them."""
-    factors = list(product.args) if product.is_Mul else [product]
-    number = factors.pop(0) if factors[0].is_Rational else sp.S.One
-    is_plain = all(x.is_Symbol or x.is_Add or (x.is_Pow and _is_plain(x)) for x in factors)
-    return (number, factors) if is_plain and number else None
-
-
-def _is_plain(power: Any) -> bool:
-    base, exponent = power.args
-    if exponent.is_Integer:
-        return base.is_Symbol or base.is_Add
-    if base.is_Add:
-        return exponent.is_Rational and exponent.q == 2 and bool(base.free_symbols)
-    return exponent is sp.S.Half and base.is_Mul and all(map(_has_no_sign, base.args))
-
-
-def product_in_order(number: Any, factors: Sequence[Any]) -> Any:
-    """A number times factors that SymPy would not merge; a sum behind it is not multiplied out."""
-    ordered = sorted(factors, key=_IN_ORDER) if len(factors) > 1 else list(factors)
-    if number is not sp.S.One:
-        ordered.insert(0, number)
-    return sp.Mul._from_args(tuple(ordered), True)
 
 
 def root_of(radicand: Any) -> Any:
     """A square root of what is real, as SymPy would write it; it would look for imaginary parts."""
-    root = sp.Pow(radicand, sp.S.Half, evaluate=False)
-    if radicand.is_Add or (radicand.is_Mul and all(map(_has_no_sign, radicand.args))):
-        return root
-    return sp.expand_power_base(root, deep=False) if radicand.is_Mul else sp.sqrt(radicand)
+    if not (radicand.is_Add or radicand.is_Mul):
+        return sp.sqrt(radicand)
+    return sp.expand_power_base(sp.Pow(radicand, sp.S.Half, evaluate=False), deep=False)
 
 
-def _has_no_sign(factor: Any) -> bool:
-    """Whether SymPy knows no sign of a factor, a sum of terms with both; it has none of -1."""
-    if not factor.is_Add:
-        return factor is sp.S.NegativeOne
-    if any(
-        x.is_Symbol and x.is_nonnegative is None and x.is_nonpositive is None for x in factor.args
-    ):
-        return True
-    return len({x.could_extract_minus_sign() for x in factor.args if not x.is_Add}) == 2
+class OutsideFieldError(InputError):
+    """An expression of another function, or a root of a square of which no sign is known."""
+
+
+# Larger prime factors of a number under a root stay together.
+_LARGEST_PRIME = 100_000
+
+
+@frozen
+class Atoms:
+    """Roots, angles and symbols of some expressions, each list in a fixed order."""
+
+    roots: tuple[Any, ...]  # square roots, outer before inner; roots of them, such as a**(1/4), too
+    angles: tuple[Any, ...]  # arguments of sines and cosines
+    symbols: tuple[Any, ...]  # those that occur outside of angles, and pi
+
+
+@cacheit
+def prepare(expression: Any) -> Any:
+    """A SymPy expression in the functions of a field; floats as exact decimals.
+
+    Examples
+    --------
+    >>> a = sp.Symbol("a")
+    >>> prepare(0.25 * sp.sin(2 * a))
+    sin(a)*cos(a)/2
+    >>> prepare(sp.sqrt(3 + 2 * sp.sqrt(2)))
+    1 + sqrt(2)
+    """
+    prepared: Any = sp.sympify(expression)
+    if prepared.is_Symbol or prepared.is_Rational:
+        return prepared
+    if any(x.is_Float for x in parts_of(prepared)):
+        prepared = sp.nsimplify(prepared, rational=True)
+    if any(isinstance(x, sp.tan) for x in parts_of(prepared)):
+        prepared = prepared.rewrite(sp.tan, sp.cos)
+    turning = (x for x in parts_of(prepared) if isinstance(x, sp.sin | sp.cos))
+    if any(not x.args[0].is_Symbol for x in turning):
+        hyperbolic = {x: sp.Dummy() for x in parts_of(prepared) if isinstance(x, sp.tanh)}
+        prepared = sp.expand_trig(prepared.xreplace(hyperbolic))
+        prepared = prepared.xreplace({kept: x for x, kept in hyperbolic.items()})
+    # A root of a rational number has no other in it.
+    roots = (x for x in parts_of(prepared) if is_root(x) and not x.base.is_Rational)
+    numbers = [x for x in roots if not x.free_symbols]
+    return prepared.xreplace({x: sp.sqrtdenest(x) for x in numbers}) if numbers else prepared
+
+
+def atoms_of(expressions: Iterable[Any]) -> Atoms:
+    """Roots, angles and symbols of prepared expressions."""
+    roots: set[Any] = set()
+    angles: set[Any] = set()
+    symbols: set[Any] = set()
+    pending = list(expressions)
+    seen: set[Any] = set()
+    while pending:
+        expression = pending.pop()
+        # pi is transcendental: nothing that is rational in it vanishes unless it always does.
+        if expression.is_Symbol or expression is sp.pi or isinstance(expression, sp.tanh):
+            symbols.add(expression)
+            continue
+        if expression in seen:
+            continue
+        seen.add(expression)
+        if isinstance(expression, sp.sin | sp.cos):
+            angles.add(expression.args[0])
+            continue
+        if is_root(expression):
+            root = sp.Pow(expression.base, sp.Rational(1, expression.exp.q))
+            if is_root(root):
+                roots.add(root)
+                pending.append(root**2)
+            else:
+                pending.append(root)
+        pending.extend(expression.args)
+    return Atoms(
+        tuple(sorted(roots, key=lambda x: (-count_of(x.base), -int(x.exp.q), str(x)))),
+        tuple(sorted(angles, key=str)),
+        tuple(sorted(symbols, key=lambda x: x.name if x.is_Symbol else str(x))),
+    )
+
+
+def is_root(expression: Any) -> bool:
+    """Whether an expression is a power of square roots: exponents p/2, p/4, p/8, ..."""
+    if not (expression.is_Pow and expression.exp.is_Rational):
+        return False
+    q = int(expression.exp.q)
+    return q > 1 and q & (q - 1) == 0
+
+
+@frozen
+class Angles:
+    """Angles whose sines and cosines are generators."""
+
+    independent: tuple[Any, ...]  # none is a rational multiple of another
+    # for directions with several multiples, the one of which all are whole multiples: ``{phi:
+    # 1/2}`` for phi and phi / 2
+    shares: dict[Any, Any]
+
+    @classmethod
+    def of(cls, angles: Iterable[Any]) -> Angles:
+        """Independent angles for some angles.
+
+        Examples
+        --------
+        >>> phi, psi = sp.symbols("phi psi")
+        >>> Angles.of([phi, phi / 2, phi / 3, psi / 2]).independent
+        (phi/6, psi/2)
+        """
+        multiples: dict[Any, list[Any]] = {}
+        for angle in angles:
+            multiple, direction = angle.as_coeff_Mul(rational=True)
+            multiples.setdefault(direction, []).append(multiple)
+        shares = {
+            direction: reduce(sp.gcd, found)
+            for direction, found in multiples.items()
+            if len(found) > 1
+        }
+        independent = [
+            shares.get(direction, found[0]) * direction for direction, found in multiples.items()
+        ]
+        return cls(tuple(sorted(independent, key=str)), shares)
+
+    def expanded(self, function: Any) -> Any | None:
+        """A sine or cosine in those of the independent angles; None for other expressions."""
+        if not isinstance(function, sp.sin | sp.cos):
+            return None
+        argument: Any = function.args[0]
+        multiple, direction = argument.as_coeff_Mul(rational=True)
+        share = self.shares.get(direction)
+        if share is None or multiple == share or not (multiple / share).is_Integer:
+            return None
+        angle = sp.Dummy()
+        whole: Any = sp.expand_trig(function.func(multiple / share * angle))
+        return whole.xreplace({angle: share * direction})
+
+
+@frozen
+class Radicand:
+    """A radicand, a fraction n / d, in factors."""
+
+    root: Any  # as it was given
+    product: Any  # n d, a polynomial
+    below: Any  # d. The root is sqrt(n d) / |d|.
+    # powers of the irreducible factors of n d, -1 and primes among them; empty for a root over
+    # other roots or over sines, which is left as it is
+    factors: dict[Any, int]
+
+    @property
+    def sign(self) -> Any:
+        """1 if d is positive, else d: then d sqrt(n / d) is a generator itself."""
+        return 1 if self.below.is_positive else self.below
+
+
+#: A root as a fraction without roots, times generators.
+RootValue = tuple[Any, tuple[Any, ...]]
+
+
+class Roots:
+    """Generators for some square roots.
+
+    Roots stay as they were given where no product of them is a square. Otherwise they are split
+    into roots of irreducible factors, as far as these are known to be positive: sqrt(6) beside
+    sqrt(2) becomes sqrt(2) sqrt(3).
+
+    `taken_apart`: gives the `Radicand` of a root.
+
+    Raises
+    ------
+    InputError
+        When a number under a root is negative, or a root of a square has no known sign.
+    """
+
+    def __init__(self, roots: Iterable[Any], taken_apart: Callable[[Any], Radicand]) -> None:
+        self.squares: dict[Any, Any] = {}
+        self.values: dict[Any, RootValue] = {}
+        self._known: dict[Any, Any] = {}
+        radicands = [taken_apart(root) for root in roots]
+        plain = [r for r in radicands if r.factors and r.sign == 1]
+        split = not _are_independent({r.product: r.factors for r in plain})
+        for r in radicands:
+            if split and r in plain:
+                self.values[r.root] = self._split(r)
+            else:
+                self.values[r.root] = 1 / r.below, (self._generator(r.product, r),)
+
+    def _split(self, radicand: Radicand) -> RootValue:
+        """Known positive factors apart, those of unknown sign together."""
+        outside, rest, parts = 1 / radicand.below, sp.S.One, []
+        for factor, power in radicand.factors.items():
+            if not factor.is_positive:
+                rest *= factor**power
+                continue
+            outside *= factor ** (power // 2)
+            if power % 2:
+                parts.append(self._generator(factor, radicand))
+        if rest == -1:
+            raise InputError("square root", got=str(radicand.root), expected="a positive radicand")
+        if rest != 1:
+            unknown = [p for f, p in radicand.factors.items() if not f.is_positive]
+            if not any(power % 2 for power in unknown):
+                raise OutsideFieldError(
+                    "square root of a square",
+                    got=str(radicand.root),
+                    expected="symbols whose assumptions decide its sign",
+                    hint="declare them, such as Symbol('a', positive=True), or write the root out",
+                )
+            parts.append(self._generator(sp.expand(rest), radicand))
+        return outside, tuple(parts)
+
+    def _generator(self, square: Any, radicand: Radicand) -> Any:
+        """The generator with this square, as it was given if it was."""
+        key = square, radicand.sign
+        if key not in self._known:
+            as_given = square == radicand.product
+            is_whole = as_given and (radicand.below == 1 or radicand.sign != 1)
+            generator = radicand.below * radicand.root if is_whole else sp.sqrt(square)
+            self._known[key] = generator
+            self.squares[generator] = square
+        return self._known[key]
+
+
+def factors_of(polynomial: Any, written: Callable[[Any], Any]) -> dict[Any, int]:
+    """Powers of -1, the primes and the irreducible factors of a polynomial, as SymPy finds them."""
+    content, parts = polynomial.factor()
+    powers: dict[Any, int] = {}
+    for base, power in parts:
+        factor = written(base)
+        if factor.is_negative:
+            factor = sp.expand(-factor)
+            content = content * (-1) ** int(power)
+        powers[factor] = int(power)
+    for number, sign in ((content.p, 1), (content.q, -1)):
+        for prime, power in sp.factorint(int(number), limit=_LARGEST_PRIME).items():
+            powers[sp.Integer(prime)] = sign * power
+    return powers
+
+
+def _are_independent(radicands: dict[Any, dict[Any, int]]) -> bool:
+    """Whether no product of them is a square: their powers modulo 2 are linearly independent."""
+    echelon: dict[Any, set[Any]] = {}
+    for factors in radicands.values():
+        odd = {factor for factor, power in factors.items() if power % 2}
+        while odd:
+            pivot = min(odd, key=str)
+            if pivot not in echelon:
+                echelon[pivot] = odd
+                break
+            odd = odd ^ echelon[pivot]
+        if not odd:
+            return False
+    return True

@@ -11,7 +11,7 @@ import sympy as sp
 from sympy.core.cache import cacheit
 
 from robostiff.analytic.exact.definition import count_of
-from robostiff.analytic.exact.element import Element, product_in_order, quotient_of
+from robostiff.analytic.exact.element import Element, power_of
 from robostiff.analytic.exact.field import ExactField
 from robostiff.frozen import frozen
 
@@ -60,27 +60,13 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
         below_constant, parts = below.factor()
         constant = constant / below_constant
         powers += [(base, -int(exponent)) for base, exponent in parts]
-    # Whether one would be printed with a minus in front, 1 - 2 x, not -(2 x - 1); None if unknown.
-    minus: list[bool | None] = []
-    for base, _ in powers:
-        used = (g for g, degree in zip(field.generators, base.degrees(), strict=True) if degree)
-        is_plain = all(x.is_Symbol for x in used) and (len(base) != 2 or any(base.monomial(1)))
-        is_minus = len(base) > 1 and bool(base.leading_coefficient() < 0)
-        minus.append(is_minus if is_plain else None)
-    bases = [-base if negated else base for (base, _), negated in zip(powers, minus, strict=True)]
-    written = field.polynomial_expressions(bases)
-    factors = []
+    written = field.polynomial_expressions([base for base, _ in powers])
     for i, (base, exponent) in enumerate(powers):
-        if minus[i] is None and (is_negative := starts_with_minus(written[i])):
-            minus[i], written[i] = is_negative, field.polynomial_expression(-base)
-        constant *= -1 if minus[i] and exponent % 2 else 1
-        factors.append((written[i], exponent))
+        if starts_with_minus(written[i]):  # 1 - 2 x, not -(2 x - 1)
+            written[i] = field.polynomial_expression(-base)
+            constant *= -1 if exponent % 2 else 1
+    product = sp.Mul(*(power_of(x, n) for x, (_, n) in zip(written, powers, strict=True)))
     number = rational(constant)
-    if all(base.is_Symbol or (base.is_Add and not base.is_number) for base, _ in factors):
-        # Coprime, so that SymPy has nothing to merge, and takes long to find out.
-        written = [sp.Pow(b, n, evaluate=False) if n != 1 else b for b, n in factors]
-        return product_in_order(number, written)
-    product = sp.Mul(*(base**exponent for base, exponent in factors))
     return sp.Mul(number, product, evaluate=not (product.is_Add and number != 1))
 
 
@@ -237,8 +223,9 @@ class ExactMatrix:
                 dens.append(fraction.den)
             places.append(len(dens) - 1)
         written = self.field.polynomial_expressions([*dens, *(f.num for f in given.values())])
+        inverses = [*map(power_of, written[: len(dens)])]
         upper: dict[tuple[int, int], Any] = {
-            place: quotient_of(above, written[below])
+            place: above * inverses[below]
             for place, above, below in zip(given, written[len(dens) :], places, strict=True)
         }
         rows = _symmetric(n, upper, sp.S.Zero)

@@ -13,18 +13,20 @@ from flint.utils.flint_exceptions import DomainError
 from sympy.core.cache import cacheit
 
 from robostiff.analytic.budget import FormulaTooLargeError, spend
-from robostiff.analytic.exact.atoms import (
+from robostiff.analytic.exact.element import (
     Angles,
     Atoms,
+    Element,
     OutsideFieldError,
+    PolynomialWriter,
     Radicand,
     Roots,
     atoms_of,
     factors_of,
     is_root,
+    power_of,
     prepare,
 )
-from robostiff.analytic.exact.element import Element, PolynomialWriter, quotient_of
 from robostiff.errors import InputError
 from robostiff.frozen import frozen
 
@@ -125,7 +127,7 @@ class ExactField:
         above = self.polynomial_expression(element.num)
         if element.has_unit_denominator:
             return above
-        return quotient_of(above, self.polynomial_expression(element.den))
+        return above * power_of(self.polynomial_expression(element.den))
 
     def polynomial_expression(self, polynomial: Any) -> sp.Expr:
         """Write a polynomial of the generators as a SymPy expression."""

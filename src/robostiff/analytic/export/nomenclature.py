@@ -22,7 +22,7 @@ from robostiff.analytic.export.blocks import (
     meanings_of_given,
 )
 from robostiff.analytic.export.entries import EntryNames, differential_parts
-from robostiff.analytic.vectors.forms import VectorForm
+from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Cross,
@@ -203,9 +203,11 @@ def meanings_of_legs(
     """
     defined = {d.symbol.name.partition("_")[0] for d in steps}
     of_steps: list[Meaning] = [((x,), words) for x, words in _OF_NAMES.items() if x in defined]
-    of_form = _meanings_of_form(form, names) if isinstance(form, VectorForm) else []
-    if of_form and not form.wrenches:
-        return [*of_form, *of_steps]
+    of_form: list[Meaning] = []
+    if not (form is None or isinstance(form, InSeries)):
+        of_form = _meanings_of_form(form, names)
+        if not form.wrenches:
+            return [*of_form, *of_steps]
     if form is None or of_form:
         wrench = ", ".join(Space.of_size(formula.matrices[0].rows).wrench_order)
         return [

@@ -39,7 +39,7 @@ from robostiff.analytic.export.nomenclature import (
 from robostiff.analytic.export.robot_outline import outline_in_vectors, robot_outline, vector_level
 from robostiff.analytic.legs import LegElimination
 from robostiff.analytic.reading.combinations import name_combinations
-from robostiff.analytic.vectors.forms import FormulaInVectors
+from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.vector_expressions import Vector
 from robostiff.spatial import Space
 
@@ -61,7 +61,7 @@ def outline_of(derivation: Any) -> tuple[Block, ...]:
         (RobotDerivation, robot_outline),
         (LegElimination, _leg),
         (ComplianceSteps, _compliance),
-        (FormulaInVectors, outline_in_vectors),
+        (VectorForm, outline_in_vectors),
     ):
         outline = outline_of_kind if isinstance(derivation, kind) else outline
     return with_conditions(with_springs(outline(derivation)), derivation)

@@ -36,12 +36,7 @@ from robostiff.analytic.export.nomenclature import (
 )
 from robostiff.analytic.placement.turned_legs import turn_in_words
 from robostiff.analytic.reading.combinations import name_combinations
-from robostiff.analytic.vectors.forms import (
-    FormulaInVectors,
-    InSeries,
-    VectorForm,
-    beam_compliances,
-)
+from robostiff.analytic.vectors.forms import InSeries, VectorForm, beam_compliances
 from robostiff.analytic.vectors.vector_expressions import Coordinates, Equation, Sum, Vector
 from robostiff.spatial import Space
 
@@ -90,10 +85,10 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
     return [*blocks, nomenclature_of(derivation, names, rows, derivation.coordinates)]
 
 
-def outline_in_vectors(form: FormulaInVectors) -> list[Block]:
+def outline_in_vectors(form: VectorForm) -> list[Block]:
     """The blocks of a vector level alone."""
     names = EntryNames(form)
-    if isinstance(form, VectorForm) and not form.is_arm:
+    if not form.is_arm:
         blocks = vector_level(form, names.result, set(names.given))
     else:
         blocks = _series(form, names.result, set(names.given))
@@ -348,7 +343,7 @@ def _kind_of_leg(
     if found.turned:
         turned = "; ".join(", ".join(group) for group in found.turned)
         blocks.append(Sentences(f"Legs that are turns of one another about z: {turned}."))
-    if found.passive:
+    if not found.wrenches:
         return [*blocks, *_tables_of_springs(found, taken)]
     terms = [f"{w} {w}^T / {c}" for w, c in found.wrenches]
     if found.rods:
@@ -400,9 +395,7 @@ def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
     return [
         title,
         Sentences(_SPRINGS_ADD, tuple(map(Vector, "tpmpQ"))),
-        EquationRows(tuple(replace(e, expression=in_decimals(e.expression)) for e in found.leg)),
-        equations(found.names),
-        *_tables_of_springs(found, taken),
+        *_kind_of_leg(found, result, found.names, (), taken),
         *_compliance_of_springs(found, "C", taken),
         equation(result, "C^-1"),
     ]

@@ -18,7 +18,7 @@ from robostiff.analytic.exact.definition import (
     is_shorter_negated,
     used_definitions,
 )
-from robostiff.analytic.exact.element import product_of, quotient_of, sum_of
+from robostiff.analytic.exact.element import power_of
 from robostiff.analytic.exact.exact_points import ExactPoints, Same, chooses_greater, exact
 from robostiff.analytic.exact.field import shared_field
 from robostiff.frozen import frozen
@@ -26,10 +26,7 @@ from robostiff.record import OPERATORS, Entry, Operation, Record
 
 _FUNCTIONS: dict[Operation, Any] = {
     **OPERATORS,
-    Operation.RECIPROCAL: lambda a: quotient_of(sp.S.One, a),
-    Operation.MULTIPLY: product_of,
-    Operation.ADD: sum_of,
-    Operation.SUBTRACT: lambda a, b: sum_of(a, -b),
+    Operation.RECIPROCAL: power_of,
     Operation.SQUARE_ROOT: sp.sqrt,
     Operation.SINE: sp.sin,
     Operation.COSINE: sp.cos,

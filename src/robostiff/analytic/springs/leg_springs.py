@@ -19,6 +19,7 @@ from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.springs.unit_wrenches import IDLE, SampledLeg, UnitWrench, WrenchSearch
+from robostiff.elasticity import uniform_beam
 from robostiff.frozen import frozen
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, is_zero
@@ -53,18 +54,8 @@ def _bent(L: Any, across: Any, lever: Any, turning: Any) -> tuple[Any, Any]:
 def recognised_beam(spring: PlacedSpring, record: Record) -> tuple[Any, dict[str, Any]] | None:
     """Length and products of a uniform slender beam, recognised by its compliance."""
     C: Any = spring.elasticity.compliance
-    at = at_samples(C, record.count)
-    c = {i: at[:, i, i] for i in range(6)}
-    if min(np.min(np.abs(x)) for x in c.values()) <= 0 or np.min(np.abs(at[:, 1, 5])) <= 0:
-        return None
-    L = 2 * at[:, 1, 5] / c[5]
-    expected = np.zeros_like(at)
-    for i in (0, 3, 4, 5):
-        expected[:, i, i] = c[i]
-    expected[:, 1, 1], expected[:, 2, 2] = L**2 / 3 * c[5], L**2 / 3 * c[4]
-    expected[:, 1, 5] = expected[:, 5, 1] = L / 2 * c[5]
-    expected[:, 2, 4] = expected[:, 4, 2] = -L / 2 * c[4]
-    if np.any(np.abs(at - expected) > _ROUNDING * np.abs(expected)):
+    each = [uniform_beam(x) for x in at_samples(C, record.count)]
+    if any(beam is None or beam.shear_y or beam.shear_z for beam in each):
         return None
     along = record.simplified(C[1, 5] * 2 / C[5, 5])
     places = {"EA": 0, "EI_z": 5, "EI_y": 4, "GJ": 3}

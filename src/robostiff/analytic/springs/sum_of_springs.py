@@ -25,7 +25,6 @@ from robostiff.analytic.exact.definition import (
     operations_of,
     used_definitions,
 )
-from robostiff.analytic.exact.element import product_of
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.turned_legs import (
@@ -324,7 +323,7 @@ def matrix_of(
                         squares[symbol] = other
                         term = symbol
                 if term not in known:
-                    known[term] = product_of(term, below)
+                    known[term] = term * below
                     operations += count_of(known[term])
                     if operations > PRINTED:
                         return None
@@ -346,7 +345,7 @@ def _written(
     total = search.record.simplified(total, scale)
     if not isinstance(total, Entry):
         return read(total)
-    apart = sp.Add(*(number * product_of(read(a), read(b)) for number, a, b in products))
+    apart = sp.Add(*(number * read(a) * read(b) for number, a, b in products))
     if count_of(apart) <= _PLAIN or (
         len(products) > _FEW and written_size(search.record, [total]) > _MOST
     ):

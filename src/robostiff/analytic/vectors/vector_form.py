@@ -21,8 +21,7 @@ from robostiff.analytic.placement.turned_legs import COMPONENTS, averages, orbit
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.springs.leg_springs import LegReader, NoUnitWrenchesError, summed
 from robostiff.analytic.springs.unit_wrenches import UnitWrench, WrenchSearch
-from robostiff.analytic.vectors.forms import VectorForm
-from robostiff.analytic.vectors.leg_table import LegTable
+from robostiff.analytic.vectors.forms import LegTable, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Cross,
