@@ -188,6 +188,9 @@ class Formula(WrittenWhole):
         >>> Derivation("K_C", K, (), K).substituted({"k": 2.0}).diagonal()
         Matrix([[0.666666666666667, 2.82842712474619, 0]])
         """
+        return self._with_values(values)
+
+    def _with_values(self, values: Mapping[Any, Any], digits: int = 0) -> Any:
         symbols = self.symbols
         names, known = {str(key) for key in values}, {s.name for s in symbols}
         if names - known and known - names:
@@ -198,7 +201,7 @@ class Formula(WrittenWhole):
             )
         given = {str(key): value for key, value in values.items() if str(key) in known}
         where = f"formula {self.name!r}"
-        put_in = Substitution(values_of_symbols(symbols, given, where))
+        put_in = Substitution(values_of_symbols(symbols, given, where), digits)
         put_in.definitions(self.definitions, are_put_in=True)
         refuse_failing(self.conditions, put_in, where)
         found = [put_in.matrix(M) for M in self.matrices]
@@ -226,7 +229,7 @@ class Formula(WrittenWhole):
         InputError
             When the formula does not hold at these values.
         """
-        found = self.substituted(subs or {})
+        found = self._with_values(subs or {}, 0 if self.symbols and not subs else n)
         return tuple(M.evalf(n) for M in found) if isinstance(found, tuple) else found.evalf(n)
 
 

@@ -101,6 +101,7 @@ class Substitution:
     Every number on the way becomes one float as soon as a float takes part in it. SymPy's own
     ``subs`` keeps products such as 0.3 sqrt(3) as they are, and its tests for signs then evaluate
     ever larger expressions again and again. Floats are computed with more digits than they have.
+    Without floats, numbers are exact, or have `digits`, 0 for all.
 
     Examples
     --------
@@ -110,10 +111,10 @@ class Substitution:
     (0.866025403784439, sqrt(3)*y**2.0, sqrt(3)/2)
     """
 
-    def __init__(self, values: Mapping[sp.Symbol, Any]) -> None:
+    def __init__(self, values: Mapping[sp.Symbol, Any], digits: int = 0) -> None:
         floats = [x for value in values.values() for x in sp.sympify(value).atoms(sp.Float)]
         self.values = values
-        self._digits = min((_digits(x) for x in floats), default=0)
+        self._digits = min((_digits(x) for x in floats), default=digits)
         self._sizes: dict[Any, int] = {}
         self._known: dict[Any, Any] = {s: self._longer(sp.sympify(v)) for s, v in values.items()}
 
@@ -142,8 +143,7 @@ class Substitution:
                     "exact values of named steps",
                     got=f"{size} terms for {definition.symbol}",
                     expected="values of all symbols, as floats or numbers without nested roots",
-                    hint="write floats, or Float('0.75', 50) for more digits; subs(...) keeps "
-                    "steps",
+                    hint="write floats, or evalf(50) for more digits; subs(...) keeps steps",
                 )
             stays = with_numbers and not definition.expression.free_symbols
             if are_put_in or ((value.is_Atom or value.is_Rational) and not stays):

@@ -18,7 +18,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Formula
-from robostiff.analytic.exact.definition import Definition, NamedSteps, used_definitions
+from robostiff.analytic.exact.definition import Definition, NamedSteps, count_of, used_definitions
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.vectors.vector_expressions import (
@@ -31,6 +31,9 @@ from robostiff.analytic.vectors.vector_expressions import (
 from robostiff.errors import InputError
 from robostiff.frozen import field, frozen, replace
 from robostiff.spatial import Space
+
+# Operations of a number from which on it has a name: SymPy asks for its sign by all its digits.
+_LONG = 30
 
 
 class Components(NamedSteps):
@@ -91,8 +94,9 @@ class Components(NamedSteps):
         self.known[name] = np.array(each, dtype=object).reshape(value.shape)
 
     def named(self, name: str, value: Any) -> Any:
-        """A new name for a scalar with symbols."""
-        return super().named(name, value) if value.free_symbols else value
+        """A new name for a scalar with symbols, or for a long number."""
+        is_short = not value.free_symbols and count_of(value) <= _LONG
+        return value if is_short else super().named(name, value)
 
 
 def transport(R: Any, v: Any, space: Space) -> sp.Matrix:
