@@ -200,13 +200,17 @@ def _robots_of_files_are_built_once() -> None:
     from robostiff.io import document, model_file
 
     folder = Path(__file__).parents[1]
+    are_told: Any = vars(import_module("robostiff.io.bounded_file"))[
+        "_READ"
+    ]  # files, as they are read
     read, build = document.read_document, model_file.model_from_document
     known: dict[tuple[Path, str], Any] = {}
     built: dict[tuple[Path, str, Any], Any] = {}
 
     def read_once(source: Any, *more: Any, **named: Any) -> Any:
         file = Path(source).absolute()
-        if more or named or folder not in file.parents or not os.path.isfile(file):
+        is_own = folder in file.parents and os.path.isfile(file) and are_told.get() is None
+        if more or named or not is_own:
             return read(source, *more, **named)
         place = file, str(source)
         if place not in known:
@@ -216,7 +220,8 @@ def _robots_of_files_are_built_once() -> None:
     def build_once(document: Any, parameters: Any = None, *, symbols: Any = (), **more: Any) -> Any:
         place = Path(document.file).absolute(), str(document.file)
         is_hashable = isinstance(symbols, tuple | model_file.ParameterChoice)
-        if parameters or not is_hashable or document is not known.get(place):
+        is_own = document is known.get(place) and are_told.get() is None
+        if parameters or not is_hashable or not is_own:
             return build(document, parameters, symbols=symbols, **more)
         key = *place, symbols
         if key not in built:
