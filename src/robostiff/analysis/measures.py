@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from functools import cache
 from itertools import combinations, combinations_with_replacement
 from typing import Any
@@ -33,8 +32,7 @@ from robostiff.spatial.batch import empty_batch
 
 # Poses: few enough for the cache, and no power of two, at which rows would share lines of it.
 _AT_ONCE = 8184
-# Matrices by which machine code for them pays at once, or in a few calls: its compiler is loaded.
-_MANY, _SOME = 30_000, 5_000
+_MANY = 30_000  # matrices, which take as long as machine code for them takes to make
 _SWEEPS = 12
 _ROUNDING = 1e-9  # of the largest eigenvalue, where the rank is decided
 _DONE = 1e-30  # of squares: rounding
@@ -58,8 +56,7 @@ def symmetric_eigenvalues(A: np.ndarray) -> np.ndarray:
     """
     n, places = A.shape[-1], [*combinations_with_replacement(range(A.shape[-1]), 2)]
     values = empty_batch((len(A),), (n,))
-    many = _SOME if "llvmlite.binding" in sys.modules else _MANY
-    sweep = _sweep(n, by_machine_code=len(A) >= many and machine_code_is_available())
+    sweep = _sweep(n, by_machine_code=len(A) >= _MANY and machine_code_is_available())
     for start in range(0, len(A), _AT_ONCE):
         own = A[start : start + _AT_ONCE]
         a, after = np.empty((2, len(places) + 1, len(own)))
