@@ -297,8 +297,8 @@ def recordable(machine: Any, parameters: Sequence[str], joints: Sequence[str] | 
     raise InputError(
         "robot to compile",
         got=type(machine).__name__,
-        expected="a Robot or a Linkage",
-        hint='write compile(load("hexapod")), compile(load_linkage("four-bar.xml"))',
+        expected="a Robot or a Linkage; a snapshot or network has one pose, and which cables pull "
+        "differs from pose to pose",
     )
 
 

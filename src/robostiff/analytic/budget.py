@@ -120,7 +120,6 @@ def checked_budget(budget: Any) -> float:
         raise InputError(
             "budget of time",
             got=budget,
-            expected="a positive number of seconds",
-            hint="write budget=None for no limit",
+            expected="a positive number of seconds, or None for no limit",
         )
     return float(budget)
