@@ -101,7 +101,7 @@ def test_loads_that_cannot_tell():
 
 
 def test_play_needs_loads_to_both_sides():
-    """Where all torques have one sign, play is told apart from the zero by none of the postures."""
+    """Where all torques have one sign, no posture distinguishes play from the zero."""
     robot = rs.load(Path(__file__).parents[2] / "examples" / "loaded-arm.yaml")
     asked = ["arm/joint3.zero", "arm/joint3.play"]
     down = rs.JointCoordinates(np.radians([[20.0 * k, 20, 15, 10 * k, 50, 0] for k in range(6)]))

@@ -38,7 +38,7 @@ _AWAY = 1e-3  # of a parameter, to see what it moves
 
 
 class UnknownKind(Enum):
-    """Kinds of unknowns; those that cannot be told apart are fixed in this order."""
+    """Kinds of unknowns; where no measurement distinguishes some, they are fixed in this order."""
 
     GEOMETRY = "geometry"
     OTHER = "other"
@@ -381,7 +381,7 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
             size = np.abs(vector)
             members = [i for i in np.argsort(-size) if size[i] > _PART * size.max() and i != pivot]
             unknown, others = unknowns[free[pivot]], [unknowns[free[i]] for i in members]
-            words = f"{_listed([unknown, *others])} cannot be told apart"
+            words = f"no measurement distinguishes {_listed([unknown, *others])}"
             if len(others) == 1 and unknown.kind is others[0].kind is UnknownKind.COMPLIANCE:
                 ratio = vector[members[0]] / vector[pivot]
                 if abs(ratio * length[free[pivot]] / length[free[members[0]]] + 1) < 1e-3:
@@ -418,7 +418,7 @@ def _correlated(R: np.ndarray, unknowns: Sequence[Unknown], least: float, most: 
         if others and unknown.kind is not UnknownKind.FRAME:
             sentences.append(
                 f"errors of {unknown.name} go together with those of {_listed(others)}, "
-                f"correlations above {least}: other postures or loads would tell them apart"
+                f"correlations above {least}: other postures or loads would distinguish them"
             )
     return sentences
 
