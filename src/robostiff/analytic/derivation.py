@@ -191,6 +191,7 @@ class Formula(WrittenWhole):
         return self._with_values(values)
 
     def _with_values(self, values: Mapping[Any, Any], digits: int = 0) -> Any:
+        """K as of `substituted`; numbers are exact, or have so many digits."""
         symbols = self.symbols
         names, known = {str(key) for key in values}, {s.name for s in symbols}
         if names - known and known - names:

@@ -30,8 +30,7 @@ class Processor:
 
 
 # A processor with AVX-512 looks ahead over several turns of so short a loop. Narrower vectors have
-# half the registers, and are not worth what parts hand on: without parts, kernels of fifteen
-# robots take 0.78 to 1.07 of the time, 0.93 in the mean, and are made in six tenths of it.
+# half the registers, and are not worth what parts hand on.
 _PART = 75
 
 

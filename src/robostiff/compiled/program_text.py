@@ -71,7 +71,7 @@ _IDLE = (Operation.INPUT, Operation.NUMBER)
 _MOST_VECTORS, _ROOM = 4, 2**15
 
 
-def text_of(program: Program, width: int, length: int | None = None) -> str:
+def text_of(program: Program, width: int, length: int | None) -> str:
     """A program as a loop over poses; or in parts of so many steps, each over a few vectors.
 
     In a loop that is short against what a processor looks ahead, it does not wait for the roots and

@@ -151,7 +151,9 @@ class ReducedMap:
             return made
         if not resume:
             raise already_there(path)
-        try:  # every part of such a file has a checksum
+        # Every part of such a file has a checksum. Damaged ones may ask `zipfile` for compressions
+        # and encryptions that it has not implemented.
+        try:
             with zipfile.ZipFile(path) as whole:
                 if sum(part.file_size for part in whole.infolist()) > _LARGEST:
                     raise ValueError(f"more than {_LARGEST} bytes")

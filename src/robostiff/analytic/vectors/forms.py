@@ -322,9 +322,9 @@ class InSeries(VectorForm):
         From the reference point to the origin of these axes (3 x 1) [m], world axes.
     """
 
-    C: Any = None
-    axes: Any = None
-    arm: Any = None
+    C: sp.ImmutableMatrix = sp.ImmutableMatrix()
+    axes: sp.ImmutableMatrix = sp.ImmutableMatrix()
+    arm: sp.ImmutableMatrix = sp.ImmutableMatrix()
 
     def _written(self) -> tuple[Any, list[Definition]]:
         steps = self.components()

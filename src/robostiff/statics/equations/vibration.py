@@ -268,7 +268,7 @@ def vibrations(
         i += k
     signs = np.concatenate([*(part[3] for part in parts), signs])
     if not np.all(signs > 0):
-        return _without_stiffness(Z, np.diag(signs), B)
+        return _without_stiffness(Z, signs, B)
     values = np.linalg.svd(B, compute_uv=False)  # the most of the time where legs have masses
     values = values[values > _MASSLESS * np.max(values, initial=0.0)]
     return 1.0 / values**2, partial(_shapes, Z, B, len(values), r)
@@ -306,18 +306,17 @@ def _shapes(Z: np.ndarray, B: np.ndarray, count: int, r: int) -> np.ndarray:
 
 
 def _without_stiffness(
-    Z: np.ndarray, K: np.ndarray, B: np.ndarray
+    Z: np.ndarray, signs: np.ndarray, B: np.ndarray
 ) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
-    """Where some motion meets no stiffness, or a negative one."""
-    least = _LOOSE * np.max(np.abs(K), initial=0.0)
+    """Where some motion of unit energy meets no stiffness, or a negative one."""
     _, values, Vt = np.linalg.svd(B)
     k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
     heavy, light = Vt[:k].T / values[:k], Vt[k:].T
-    w, Q = np.linalg.eigh(light.T @ K @ light)
-    stiff = np.abs(w) > least
+    w, Q = np.linalg.eigh((light.T * signs) @ light)
+    stiff = np.abs(w) > _LOOSE
     follow = light @ Q[:, stiff]
-    moved = heavy - follow @ ((follow.T @ K @ heavy) / w[stiff][:, None])
-    squares, modes = np.linalg.eigh(moved.T @ K @ moved)
+    moved = heavy - follow @ (((follow.T * signs) @ heavy) / w[stiff][:, None])
+    squares, modes = np.linalg.eigh((moved.T * signs) @ moved)
     none = np.abs(squares) <= _LOOSE * np.max(np.abs(squares), initial=0.0)
     return np.where(none, 0.0, squares), partial(np.array, (Z @ moved @ modes).T)
 
