@@ -243,6 +243,27 @@ def test_modes_of_many_poses_are_those_of_each():
         rs.modes(robot, [poses], mass)
 
 
+@pytest.mark.parametrize("inertia", [None, [1, 2, 3]])
+@pytest.mark.parametrize("name", ["gough-stewart-b", "us-ups", "gantry-tau", "3-rpr"])
+def test_without_load_modes_of_many_platforms_follow_from_their_stiffness(
+    name: str, inertia: list[int] | None
+):
+    robot = rs.load(name)
+    home = np.asarray(rs.stiffness(robot).pose)
+    free = [("x", "y", "z", "rx", "ry", "rz").index(c.value) for c in robot.coordinates]
+    poses = home[free] + np.random.default_rng(3).uniform(-0.1, 0.1, (5, len(free)))
+    poses[2, 0] += 90 * (name == "3-rpr")  # out of reach
+    mass = {"platform": rs.Mass(20, centre=[0.1, 0.2, 0.0], inertia=inertia)}
+    found = rs.modes(robot, poses, mass)
+    for i, (pose, own) in enumerate(zip(poses, found.frequencies, strict=True)):
+        alone = rs.modes(robot, pose, mass)
+        assert (found.status_codes[i], found.answered[i]) == (int(alone.status), len(alone) > 0)
+        expected = alone.frequencies if len(alone) else []
+        np.testing.assert_allclose(own.compressed(), expected, rtol=1e-9)
+        assert str(found[i]) == str(alone)
+    assert found[1:3] == found.poses[1:3]
+
+
 def test_a_mass_on_one_leg_is_the_same_on_each_leg_alike():
     robot, F = rs.load("gough-stewart-b"), np.full(6, 20.0)
     each = [rs.modes(robot, None, {f"leg{i}/platform joint": 2.0}).frequencies for i in (1, 3, 5)]

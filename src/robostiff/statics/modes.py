@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis import PartShare
+from robostiff.analysis import PartShare, stiffness
 from robostiff.analysis.free_motion import free_motions_in_words
-from robostiff.elastostatics.status import StatusOfPoses
+from robostiff.elastostatics.status import Status, StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.frozen import field, frozen
 from robostiff.kinematics import Near, Pose
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
@@ -25,7 +26,7 @@ from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.newton import FoundEquilibrium
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.equations.stability import energies_of
-from robostiff.statics.equations.vibration import vibrations
+from robostiff.statics.equations.vibration import mass_rows, vibrations
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses
 from robostiff.statics.loading.loaded_posture import (
@@ -45,6 +46,9 @@ _STAYS = 1e-6
 _TURNS = 1e-2
 # Of a mode, by which bodies are moved to find how they move [rad].
 _PART = 1e-3
+# Of the largest root of a mass of the platform: none; and of the slowest frequency over another,
+# when digits of that are lost.
+_NONE, _FAR_APART = 1e-9, 1e-6
 
 
 @frozen
@@ -121,16 +125,17 @@ class Modes(StatusOfPoses, InNotebooks):
     space : Space
     status_codes : (...) array of uint16
         Of the equilibrium about which it vibrates.
-    squares : (k,) array
+    squares : (k,) or (N, k) array
         Of angular frequencies [rad^2/s^2], as many as motions have mass; negative where the robot
-        leaves the equilibrium; empty where there is none.
+        leaves the equilibrium; empty where there is none. Of many poses masked where one has none,
+        or fewer.
     shapes : callable
         Motions (k, n) of all unknowns.
     posed : Snapshot, Network, CableRobot or None
         The robot at the unloaded posture.
     equilibrium : FoundEquilibrium or None
-    poses : tuple of Modes
-        Those at many poses.
+    one : callable
+        Of many poses the modes at one, by its number.
     """
 
     name: str
@@ -140,7 +145,7 @@ class Modes(StatusOfPoses, InNotebooks):
     shapes: Callable[[], np.ndarray] = lambda: np.zeros((0, 0))
     posed: Snapshot | Network | CableRobot | None = None
     equilibrium: FoundEquilibrium | None = None
-    poses: tuple[Modes, ...] = ()
+    one: Callable[[int], Modes] | None = None
 
     @cached_property
     def each(self) -> tuple[Mode, ...]:
@@ -155,6 +160,11 @@ class Modes(StatusOfPoses, InNotebooks):
         return tuple(found)
 
     @property
+    def poses(self) -> tuple[Modes, ...]:
+        """Those at many poses, one by one."""
+        return () if self.one is None else tuple(map(self.one, range(len(self))))
+
+    @property
     def snapshot(self) -> Snapshot | None:
         """The robot at that posture; None of a network."""
         return as_snapshot(self.posed)
@@ -167,8 +177,7 @@ class Modes(StatusOfPoses, InNotebooks):
     @property
     def answered(self) -> np.ndarray:
         """Which poses have modes (...)."""
-        each = self.poses if self.batch_shape else (self,)
-        return np.array([one.squares.size > 0 for one in each]).reshape(self.batch_shape)
+        return np.asarray(~np.ma.getmaskarray(self.squares).all(axis=-1))
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -181,24 +190,19 @@ class Modes(StatusOfPoses, InNotebooks):
         NoAnswerError
             Where there is no equilibrium.
         """
-        if self.batch_shape:
-            most = max((len(one) for one in self.poses), default=0)
-            found = np.ma.masked_all((len(self.poses), most))
-            for row, one in zip(found, self.poses, strict=True):
-                if len(one):
-                    row[: len(one)] = one.frequencies
-            return found
-        if not self.squares.size:
+        if not self.batch_shape and not self.squares.size:
             why = "; ".join(self.status.advice)
             raise NoAnswerError(f"no modes of {self.name!r} ({self.status}): {why}")
         return np.sqrt(np.maximum(self.squares, 0.0)) / (2 * np.pi)
 
     def __len__(self) -> int:
-        return len(self.poses) if self.batch_shape else self.squares.size
+        return len(self.squares)
 
     def __getitem__(self, i: int) -> Any:
         """A mode; of many poses, the modes at one."""
-        return (self.poses or self.each)[i]
+        if self.one is None or isinstance(i, slice):
+            return (self.poses or self.each)[i]
+        return self.one(range(len(self))[i])
 
     def __iter__(self) -> Iterator[Any]:
         return iter(self.poses or self.each)
@@ -266,14 +270,20 @@ def modes(
     postures = postures_of(robot, pose, near)
     given = beside(postures.batch, wrenches_of("wrench", wrench, postures.robot.space))
     acting, carried = Acting(loads, gravity, preload, beams, at, laws or {}), masses or {}
-    answers = tuple(
-        _modes_of(postures.loaded(i, acting, carried), F)
-        for i, F in enumerate(np.atleast_2d(given))
-    )
+    loaded = cache(lambda i: postures.loaded(i, acting, carried))
     if given.ndim == 1:
-        return answers[0]
-    codes = np.array([int(one.status) for one in answers], dtype=np.uint16)
-    return Modes(postures.robot.name, postures.robot.space, codes, poses=answers)
+        return _modes_of(loaded(0), given)
+    one = cache(lambda i: _modes_of(loaded(i), given[i]))
+    n, known = len(given), np.ma.masked_all((len(given), 0))
+    if n and at is None and isinstance(robot, Robot) and not np.any(given):
+        known = _of_platforms(robot, pose, near, loaded(0), known)
+    alone = {i: one(i) for i in np.flatnonzero(known.mask.all(axis=-1)).tolist()}
+    codes = np.array([int(alone[i].status) if i in alone else 0 for i in range(n)], dtype=np.uint16)
+    squares = np.ma.masked_all((n, max([known.shape[1], *map(len, alone.values())])))
+    squares[:, : known.shape[1]] = known
+    for i, own in alone.items():
+        squares[i, : len(own)] = own.squares
+    return Modes(postures.robot.name, postures.robot.space, codes, squares, one=one)
 
 
 def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:
@@ -297,6 +307,43 @@ def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:
             '--mass "platform=150 kg"; or mass: in the model file',
         )
     return Modes(*about, squares, shapes, loaded.posed, found)
+
+
+def _of_platforms(
+    robot: Robot, pose: Any, near: Near, first: LoadedPosture, nothing: np.ma.MaskedArray
+) -> np.ma.MaskedArray:
+    """Squares (N, k) without load at poses where masses are on the platform alone, by K.
+
+    With ``K = L L^T`` they are the inverse squares of the singular values of ``L^-1 B^T``, where B
+    is that of `mass_rows`, the same at all poses in the axes of the platform. Masked where K is not
+    definite, or more is to be said of the pose; `nothing` where legs have masses, or loads.
+
+    Parameters
+    ----------
+    first : LoadedPosture
+        That of the first pose.
+    """
+    problem = first.problem
+    of_legs, _, B = mass_rows(problem, first.masses, problem.unloaded)
+    is_alone = first.has_posture and problem.loads_platform_alone and not problem.has_laws
+    if len(of_legs) or problem.dead.act or not is_alone:
+        return nothing
+    known = stiffness(robot, pose, near=near)
+    plain = (known.status_codes & ~np.uint16(Status.REDUNDANT_JOINTS)) == 0
+    rows, scale = list(problem.rows), problem.scale
+    B = B @ np.kron(np.eye(2), first.frame[0])[np.ix_(rows, rows)] / scale
+    _, sizes, Vt = np.linalg.svd(B, full_matrices=False)
+    B = (sizes[:, None] * Vt)[sizes > _NONE * np.max(sizes, initial=0.0)] * scale
+    if not len(B):
+        return nothing
+    R = np.zeros((np.count_nonzero(plain), 6, 6))
+    R[:, :3, :3] = R[:, 3:, 3:] = turn_by_vector(np.asarray(known.pose)[plain, 3:])
+    L, turned = np.linalg.cholesky(known.K[plain]), R[:, rows][:, :, rows] @ B.T
+    values = np.linalg.svd(np.linalg.solve(L, turned), compute_uv=False)
+    found = np.ma.masked_all((len(plain), len(B)))
+    found[plain] = 1.0 / values**2
+    found[np.flatnonzero(plain)[values[:, -1] < _FAR_APART * values[:, 0]]] = np.ma.masked
+    return found
 
 
 def _of_legs(problem: EquilibriumProblem, shape: np.ndarray) -> np.ndarray:
