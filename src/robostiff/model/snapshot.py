@@ -315,7 +315,7 @@ class Snapshot(BatchedPart, FrozenSubject):
         for spring in springs:
             C = np.asarray(spring.elasticity.compliance, dtype=float)
             turn = C[..., 5, 5, None]
-            along = np.where(turn > 0, 2.0 * C[..., 1, 5, None] / np.where(turn > 0, turn, 1.0), 0)
+            along = 2.0 * C[..., 1, 5, None] / np.where(turn > 0, turn, np.inf)
             starts.append(spring.point - along * spring.rotation[..., 0])
         whole = self._spread([*points, *starts])
         length = np.where((length > 0) & (length < _POINT * whole), whole, length)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis import PartShare, stiffness
+from robostiff.analysis import PartShare, Stiffness, stiffness
 from robostiff.analysis.free_motion import free_motions_in_words
 from robostiff.elastostatics.status import Status, StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
@@ -276,7 +276,7 @@ def modes(
     one = cache(lambda i: _modes_of(loaded(i), given[i]))
     n, known = len(given), np.ma.masked_all((len(given), 0))
     if n and at is None and isinstance(robot, Robot) and not np.any(given):
-        known = _of_platforms(robot, pose, near, loaded(0), known)
+        known = _of_platforms(n, loaded(0), lambda: stiffness(robot, pose, near=near))
     alone = {i: one(i) for i in np.flatnonzero(known.mask.all(axis=-1)).tolist()}
     codes = np.array([int(alone[i].status) if i in alone else 0 for i in range(n)], dtype=np.uint16)
     squares = np.ma.masked_all((n, max([known.shape[1], *map(len, alone.values())])))
@@ -310,25 +310,30 @@ def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:
 
 
 def _of_platforms(
-    robot: Robot, pose: Any, near: Near, first: LoadedPosture, nothing: np.ma.MaskedArray
+    count: int, first: LoadedPosture, find: Callable[[], Stiffness]
 ) -> np.ma.MaskedArray:
     """Squares (N, k) without load at poses where masses are on the platform alone, by K.
 
     With ``K = L L^T`` they are the inverse squares of the singular values of ``L^-1 B^T``, where B
     is that of `mass_rows`, the same at all poses in the axes of the platform. Masked where K is not
-    definite, or more is to be said of the pose; `nothing` where legs have masses, or loads.
+    definite, or more is to be said of the pose; without columns where legs have masses, or loads.
 
     Parameters
     ----------
+    count : int
+        Number N of poses.
     first : LoadedPosture
         That of the first pose.
+    find : callable
+        The stiffness at all of them.
     """
+    nothing = np.ma.masked_all((count, 0))
     problem = first.problem
     of_legs, _, B = mass_rows(problem, first.masses, problem.unloaded)
     is_alone = first.has_posture and problem.loads_platform_alone and not problem.has_laws
     if len(of_legs) or problem.dead.act or not is_alone:
         return nothing
-    known = stiffness(robot, pose, near=near)
+    known = find()
     plain = (known.status_codes & ~np.uint16(Status.REDUNDANT_JOINTS)) == 0
     rows, scale = list(problem.rows), problem.scale
     B = B @ np.kron(np.eye(2), first.frame[0])[np.ix_(rows, rows)] / scale
@@ -340,7 +345,7 @@ def _of_platforms(
     R[:, :3, :3] = R[:, 3:, 3:] = turn_by_vector(np.asarray(known.pose)[plain, 3:])
     L, turned = np.linalg.cholesky(known.K[plain]), R[:, rows][:, :, rows] @ B.T
     values = np.linalg.svd(np.linalg.solve(L, turned), compute_uv=False)
-    found = np.ma.masked_all((len(plain), len(B)))
+    found = np.ma.masked_all((count, len(B)))
     found[plain] = 1.0 / values**2
     found[np.flatnonzero(plain)[values[:, -1] < _FAR_APART * values[:, 0]]] = np.ma.masked
     return found
