@@ -126,7 +126,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
         "hexapod", loads=BODIES, wrench=[0, 0, -100.0, 0, 0, 0]
     ),
     "deflection six-joint-arm --gravity=-z": lambda: deflection("six-joint-arm", gravity="-z"),
-    "deflection six-joint-arm --gravity '0 0 -9.80665' --wrench '0 0 -150 N 0 0 0'": lambda: (
+    "deflection six-joint-arm --gravity '0 0 -9.80665' --wrench 'Fz=-150 N, Mx = 0'": lambda: (
         deflection("six-joint-arm", gravity="-z", wrench=[0, 0, -150, 0, 0, 0])
     ),
     "equilibrium hexapod --wrench '0 0 -50 kN 0 0 0' --at '0 0 1' --gravity=-z --critical "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -126,19 +126,7 @@ def _by_joints(robot: Any, text: str) -> Any:
         is_arm = not by_name and robot.is_serial and not robot.legs[0].chain.has_blocks
         names = list(units) if is_arm else list(actuator_names(robot))
     if by_name:
-        numbers: dict[str, list[float]] = {}
-        for part in text.split(","):
-            name, equals, value = (piece.strip() for piece in part.partition("="))
-            if not equals or name not in names or name in numbers:
-                raise InputError(
-                    "--joints",
-                    got=part.strip(),
-                    expected=f"NAME=VALUE, each name once: {', '.join(names)}",
-                    hint=did_you_mean(name, names),
-                )
-            numbers[name] = parse_quantities(
-                value, units[name], [name] * len(units[name]), "--joints"
-            )
+        numbers = _named("--joints", text, {name: units[name] for name in names})
     else:
         pairs = [(name, dimension) for name in names for dimension in units[name]]
         words, dimensions = [name for name, _ in pairs], [dimension for _, dimension in pairs]
@@ -150,6 +138,24 @@ def _by_joints(robot: Any, text: str) -> Any:
     if by_name:
         return ActuatorCoordinates(values)
     return (JointCoordinates if is_arm else ActuatorCoordinates)(list(values.values()))
+
+
+def _named(
+    option: str, text: str, units: Mapping[str, Sequence[Dimension]]
+) -> dict[str, list[float]]:
+    """Some numbers by their names: ``slide=20 mm, turn=3 deg``."""
+    numbers: dict[str, list[float]] = {}
+    for part in text.split(","):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not equals or name not in units or name in numbers:
+            raise InputError(
+                option,
+                got=part.strip(),
+                expected=f"NAME=VALUE, each name once: {', '.join(units)}",
+                hint=None if name in units else did_you_mean(name, tuple(units)),
+            )
+        numbers[name] = parse_quantities(value, units[name], [name] * len(units[name]), option)
+    return numbers
 
 
 def gravity(text: str | None) -> str | list[float] | None:
@@ -189,8 +195,12 @@ def force(text: str, option: str) -> list[float]:
 
 
 def wrench(text: str | None, space: Space, option: str = "--wrench") -> Any:
-    """A load, from forces and moments with units; None without one."""
-    return None if text is None else _row(option, text, _of_wrench(space))
+    """A load, from forces and moments with units, all or some by name; None without one."""
+    if text is None or "=" not in text:
+        return None if text is None else _row(option, text, _of_wrench(space))
+    units = _of_wrench(space)
+    given = _named(option, text, {name: [dimension] for name, dimension in units.items()})
+    return [given.get(name, [0.0])[0] for name in units]
 
 
 def _of_wrench(space: Space) -> dict[str, Dimension]:
