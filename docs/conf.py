@@ -21,6 +21,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "derived_formulas",
     "mathml",
+    "offered_names",
 ]
 
 exclude_patterns = ["_build", "_ext", "gallery/*.ipynb", "gallery/*.py"]

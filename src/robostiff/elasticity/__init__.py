@@ -4,64 +4,37 @@ Wrenches are (Fx, Fy, Fz, Mx, My, Mz), twists (dx, dy, dz, rx, ry, rz), units SI
 at its base, its local x along it, y and z the principal axes of its cross-section.
 """
 
-from robostiff.elasticity.beam import (
-    BeamSegment,
-    BeamTheory,
-    EulerBernoulli,
-    SlenderBeam,
-    Timoshenko,
-    UniformBeam,
-    beam_compliance,
-    beam_stiffness,
-    cantilever_compliance,
-    cantilever_stiffness,
-    tapered_compliance,
-    uniform_beam,
-)
-from robostiff.elasticity.material import MATERIALS, Material, material
+from robostiff.elasticity.beam import BeamSegment as BeamSegment
+from robostiff.elasticity.beam import BeamTheory as BeamTheory
+from robostiff.elasticity.beam import EulerBernoulli as EulerBernoulli
+from robostiff.elasticity.beam import SlenderBeam as SlenderBeam
+from robostiff.elasticity.beam import Timoshenko as Timoshenko
+from robostiff.elasticity.beam import UniformBeam as UniformBeam
+from robostiff.elasticity.beam import beam_compliance as beam_compliance
+from robostiff.elasticity.beam import beam_stiffness as beam_stiffness
+from robostiff.elasticity.beam import cantilever_compliance as cantilever_compliance
+from robostiff.elasticity.beam import cantilever_stiffness as cantilever_stiffness
+from robostiff.elasticity.beam import tapered_compliance as tapered_compliance
+from robostiff.elasticity.beam import uniform_beam as uniform_beam
+from robostiff.elasticity.material import MATERIALS as MATERIALS
+from robostiff.elasticity.material import Material as Material
+from robostiff.elasticity.material import material as material
+from robostiff.elasticity.shapes import CrossSection as CrossSection
+from robostiff.elasticity.shapes import box as box
+from robostiff.elasticity.shapes import circle as circle
+from robostiff.elasticity.shapes import i_section as i_section
+from robostiff.elasticity.shapes import rectangle as rectangle
 from robostiff.elasticity.shapes import (
-    CrossSection,
-    box,
-    circle,
-    i_section,
-    rectangle,
-    section_from_sectionproperties,
-    tube,
+    section_from_sectionproperties as section_from_sectionproperties,
 )
-from robostiff.elasticity.spring import Elasticity, rotational_spring, translational_spring
+from robostiff.elasticity.shapes import tube as tube
+from robostiff.elasticity.spring import Elasticity as Elasticity
+from robostiff.elasticity.spring import rotational_spring as rotational_spring
+from robostiff.elasticity.spring import translational_spring as translational_spring
 from robostiff.elasticity.spring_from_matrix import (
-    elasticity_from_compliance,
-    elasticity_from_stiffness,
-    moved,
+    elasticity_from_compliance as elasticity_from_compliance,
 )
-
-__all__ = [
-    "MATERIALS",
-    "BeamSegment",
-    "BeamTheory",
-    "CrossSection",
-    "Elasticity",
-    "EulerBernoulli",
-    "Material",
-    "SlenderBeam",
-    "Timoshenko",
-    "UniformBeam",
-    "beam_compliance",
-    "beam_stiffness",
-    "box",
-    "cantilever_compliance",
-    "cantilever_stiffness",
-    "circle",
-    "elasticity_from_compliance",
-    "elasticity_from_stiffness",
-    "i_section",
-    "material",
-    "moved",
-    "rectangle",
-    "rotational_spring",
-    "section_from_sectionproperties",
-    "tapered_compliance",
-    "translational_spring",
-    "tube",
-    "uniform_beam",
-]
+from robostiff.elasticity.spring_from_matrix import (
+    elasticity_from_stiffness as elasticity_from_stiffness,
+)
+from robostiff.elasticity.spring_from_matrix import moved as moved

@@ -1,106 +1,60 @@
 """Robots as frozen data: joints, links, legs, snapshots."""
 
-from robostiff.model.body_spring import BodyPoint, BodySpring
-from robostiff.model.chain import Branch, Chain, Element, ParallelBlock, parallelogram
-from robostiff.model.coupled_joints import Coupling, coupling
-from robostiff.model.entries import with_entries
-from robostiff.model.flexible_platform import (
-    FlexiblePlatform,
-    PlacedPlatform,
-    PlatformNode,
-    PlatformPart,
-    platform_beam,
-    rigid_member,
-)
-from robostiff.model.joint import (
-    Actuated,
-    Joint,
-    JointKind,
-    Locked,
-    Passive,
-    Role,
-    cylindrical,
-    helical,
-    planar,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
-)
-from robostiff.model.link import Link, Rigid, Telescope, TelescopicBeam, beam_axes, beam_link
-from robostiff.model.mass import STANDARD_GRAVITY, Mass, PlacedMass, gravity_vector
-from robostiff.model.robot import Elbow, Leg, Robot
-from robostiff.model.serial_arm import DHConvention, DHRow, serial_arm
-from robostiff.model.snapshot import (
-    CoupledFreedom,
-    PlacedBlock,
-    PlacedBodySpring,
-    PlacedElement,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
-from robostiff.model.stiffness_law import ForceLaw, StiffnessLaw
-from robostiff.model.subject import ALL_COORDINATES, Coordinate, pose_coordinates
-
-__all__ = [
-    "ALL_COORDINATES",
-    "STANDARD_GRAVITY",
-    "Actuated",
-    "BodyPoint",
-    "BodySpring",
-    "Branch",
-    "Chain",
-    "Coordinate",
-    "CoupledFreedom",
-    "Coupling",
-    "DHConvention",
-    "DHRow",
-    "Elbow",
-    "Element",
-    "FlexiblePlatform",
-    "ForceLaw",
-    "Joint",
-    "JointKind",
-    "Leg",
-    "Link",
-    "Locked",
-    "Mass",
-    "ParallelBlock",
-    "Passive",
-    "PlacedBlock",
-    "PlacedBodySpring",
-    "PlacedElement",
-    "PlacedFreedom",
-    "PlacedLeg",
-    "PlacedMass",
-    "PlacedPlatform",
-    "PlacedSpring",
-    "PlatformNode",
-    "PlatformPart",
-    "Rigid",
-    "Robot",
-    "Role",
-    "Snapshot",
-    "StiffnessLaw",
-    "Telescope",
-    "TelescopicBeam",
-    "beam_axes",
-    "beam_link",
-    "coupling",
-    "cylindrical",
-    "gravity_vector",
-    "helical",
-    "parallelogram",
-    "planar",
-    "platform_beam",
-    "pose_coordinates",
-    "prismatic",
-    "revolute",
-    "rigid_member",
-    "serial_arm",
-    "spherical",
-    "universal",
-    "with_entries",
-]
+from robostiff.model.body_spring import BodyPoint as BodyPoint
+from robostiff.model.body_spring import BodySpring as BodySpring
+from robostiff.model.chain import Branch as Branch
+from robostiff.model.chain import Chain as Chain
+from robostiff.model.chain import Element as Element
+from robostiff.model.chain import ParallelBlock as ParallelBlock
+from robostiff.model.chain import parallelogram as parallelogram
+from robostiff.model.coupled_joints import Coupling as Coupling
+from robostiff.model.coupled_joints import coupling as coupling
+from robostiff.model.entries import with_entries as with_entries
+from robostiff.model.flexible_platform import FlexiblePlatform as FlexiblePlatform
+from robostiff.model.flexible_platform import PlacedPlatform as PlacedPlatform
+from robostiff.model.flexible_platform import PlatformNode as PlatformNode
+from robostiff.model.flexible_platform import PlatformPart as PlatformPart
+from robostiff.model.flexible_platform import platform_beam as platform_beam
+from robostiff.model.flexible_platform import rigid_member as rigid_member
+from robostiff.model.joint import Actuated as Actuated
+from robostiff.model.joint import Joint as Joint
+from robostiff.model.joint import JointKind as JointKind
+from robostiff.model.joint import Locked as Locked
+from robostiff.model.joint import Passive as Passive
+from robostiff.model.joint import Role as Role
+from robostiff.model.joint import cylindrical as cylindrical
+from robostiff.model.joint import helical as helical
+from robostiff.model.joint import planar as planar
+from robostiff.model.joint import prismatic as prismatic
+from robostiff.model.joint import revolute as revolute
+from robostiff.model.joint import spherical as spherical
+from robostiff.model.joint import universal as universal
+from robostiff.model.link import Link as Link
+from robostiff.model.link import Rigid as Rigid
+from robostiff.model.link import Telescope as Telescope
+from robostiff.model.link import TelescopicBeam as TelescopicBeam
+from robostiff.model.link import beam_axes as beam_axes
+from robostiff.model.link import beam_link as beam_link
+from robostiff.model.mass import STANDARD_GRAVITY as STANDARD_GRAVITY
+from robostiff.model.mass import Mass as Mass
+from robostiff.model.mass import PlacedMass as PlacedMass
+from robostiff.model.mass import gravity_vector as gravity_vector
+from robostiff.model.robot import Elbow as Elbow
+from robostiff.model.robot import Leg as Leg
+from robostiff.model.robot import Robot as Robot
+from robostiff.model.serial_arm import DHConvention as DHConvention
+from robostiff.model.serial_arm import DHRow as DHRow
+from robostiff.model.serial_arm import serial_arm as serial_arm
+from robostiff.model.snapshot import CoupledFreedom as CoupledFreedom
+from robostiff.model.snapshot import PlacedBlock as PlacedBlock
+from robostiff.model.snapshot import PlacedBodySpring as PlacedBodySpring
+from robostiff.model.snapshot import PlacedElement as PlacedElement
+from robostiff.model.snapshot import PlacedFreedom as PlacedFreedom
+from robostiff.model.snapshot import PlacedLeg as PlacedLeg
+from robostiff.model.snapshot import PlacedSpring as PlacedSpring
+from robostiff.model.snapshot import Snapshot as Snapshot
+from robostiff.model.stiffness_law import ForceLaw as ForceLaw
+from robostiff.model.stiffness_law import StiffnessLaw as StiffnessLaw
+from robostiff.model.subject import ALL_COORDINATES as ALL_COORDINATES
+from robostiff.model.subject import Coordinate as Coordinate
+from robostiff.model.subject import pose_coordinates as pose_coordinates

@@ -7,69 +7,43 @@ ellipsoids, screws and isosurfaces. `layers_of` gives the items of a picture to 
 them by themselves.
 """
 
-from robostiff.plot.backend import Matplotlib, PictureData, PlotBackend, Plotly, Width
-from robostiff.plot.bars_and_curves import Measure, comparison, energy_shares, load_curve
-from robostiff.plot.layers import LAYERS, Layers, layers_of
-from robostiff.plot.map_pictures import map_bands, map_isosurface, map_overview, map_slice
-from robostiff.plot.picture import (
-    Arrow,
-    Category,
-    Face,
-    Item,
-    LineWeight,
-    Marks,
-    Mesh,
-    Paint,
-    Path,
-    PlainColour,
-    Shape,
-    Text,
-    colour_of,
-)
-from robostiff.plot.posed_robot import Colouring, equilibrium, mode, robot
-from robostiff.plot.stiffness_pictures import Kind, Shade, ellipsoid, free_motions, matrix
-from robostiff.plot.surfaces import Quality
-from robostiff.plot.theme import Theme
-
-__all__ = [
-    "LAYERS",
-    "Arrow",
-    "Category",
-    "Colouring",
-    "Face",
-    "Item",
-    "Kind",
-    "Layers",
-    "LineWeight",
-    "Marks",
-    "Matplotlib",
-    "Measure",
-    "Mesh",
-    "Paint",
-    "Path",
-    "PictureData",
-    "PlainColour",
-    "PlotBackend",
-    "Plotly",
-    "Quality",
-    "Shade",
-    "Shape",
-    "Text",
-    "Theme",
-    "Width",
-    "colour_of",
-    "comparison",
-    "ellipsoid",
-    "energy_shares",
-    "equilibrium",
-    "free_motions",
-    "layers_of",
-    "load_curve",
-    "map_bands",
-    "map_isosurface",
-    "map_overview",
-    "map_slice",
-    "matrix",
-    "mode",
-    "robot",
-]
+from robostiff.plot.backend import Matplotlib as Matplotlib
+from robostiff.plot.backend import PictureData as PictureData
+from robostiff.plot.backend import PlotBackend as PlotBackend
+from robostiff.plot.backend import Plotly as Plotly
+from robostiff.plot.backend import Width as Width
+from robostiff.plot.bars_and_curves import Measure as Measure
+from robostiff.plot.bars_and_curves import comparison as comparison
+from robostiff.plot.bars_and_curves import energy_shares as energy_shares
+from robostiff.plot.bars_and_curves import load_curve as load_curve
+from robostiff.plot.layers import LAYERS as LAYERS
+from robostiff.plot.layers import Layers as Layers
+from robostiff.plot.layers import layers_of as layers_of
+from robostiff.plot.map_pictures import map_bands as map_bands
+from robostiff.plot.map_pictures import map_isosurface as map_isosurface
+from robostiff.plot.map_pictures import map_overview as map_overview
+from robostiff.plot.map_pictures import map_slice as map_slice
+from robostiff.plot.picture import Arrow as Arrow
+from robostiff.plot.picture import Category as Category
+from robostiff.plot.picture import Face as Face
+from robostiff.plot.picture import Item as Item
+from robostiff.plot.picture import LineWeight as LineWeight
+from robostiff.plot.picture import Marks as Marks
+from robostiff.plot.picture import Mesh as Mesh
+from robostiff.plot.picture import Paint as Paint
+from robostiff.plot.picture import Path as Path
+from robostiff.plot.picture import PlainColour as PlainColour
+from robostiff.plot.picture import Shape as Shape
+from robostiff.plot.picture import Text as Text
+from robostiff.plot.picture import colour_of as colour_of
+from robostiff.plot.posed_robot import Colouring as Colouring
+from robostiff.plot.posed_robot import equilibrium as equilibrium
+from robostiff.plot.posed_robot import mode as mode
+from robostiff.plot.posed_robot import robot as robot
+from robostiff.plot.stiffness_pictures import Kind as Kind
+from robostiff.plot.stiffness_pictures import Shade as Shade
+from robostiff.plot.stiffness_pictures import ellipsoid as ellipsoid
+from robostiff.plot.stiffness_pictures import free_motions as free_motions
+from robostiff.plot.stiffness_pictures import matrix as matrix
+from robostiff.plot.surfaces import Quality as Quality
+from robostiff.plot.theme import Theme as Theme

@@ -9,32 +9,20 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from robostiff.errors import FileError, InputError, Words
 from robostiff.robots import descriptions
-from robostiff.robots.shipped import (
-    RobotInfo,
-    describe,
-    robot_file,
-    shipped_cable_robots,
-    shipped_linkages,
-    shipped_names,
-    shipped_robots,
-    unknown_robot,
-)
+from robostiff.robots.shipped import RobotInfo as RobotInfo
+from robostiff.robots.shipped import describe as describe
+from robostiff.robots.shipped import robot_file as robot_file
+from robostiff.robots.shipped import shipped_cable_robots as shipped_cable_robots
+from robostiff.robots.shipped import shipped_linkages as shipped_linkages
+from robostiff.robots.shipped import shipped_names as shipped_names
+from robostiff.robots.shipped import shipped_robots as shipped_robots
+from robostiff.robots.shipped import unknown_robot
 
 if TYPE_CHECKING:
     from robostiff.io.model_file.symbols import Symbols
     from robostiff.model import Robot
     from robostiff.model.cable import CableRobot
 
-__all__ = [
-    "RobotInfo",
-    "describe",
-    "load",
-    "robot_file",
-    "shipped_cable_robots",
-    "shipped_linkages",
-    "shipped_names",
-    "shipped_robots",
-]
 
 ShippedRobot: TypeAlias = Literal[
     "3-prs",

@@ -4,16 +4,10 @@ An expression is split, parsed and evaluated by the few modules of this folder. 
 and evaluator are not involved, so a model file can only compute numbers.
 """
 
-from robostiff.io.expression.expression import Expression, parse
-from robostiff.io.expression.functions import FLOATS, Mathematics, exact_mathematics
-from robostiff.io.expression.parameters import ParameterError, parameter_values
-
-__all__ = [
-    "FLOATS",
-    "Expression",
-    "Mathematics",
-    "ParameterError",
-    "exact_mathematics",
-    "parameter_values",
-    "parse",
-]
+from robostiff.io.expression.expression import Expression as Expression
+from robostiff.io.expression.expression import parse as parse
+from robostiff.io.expression.functions import FLOATS as FLOATS
+from robostiff.io.expression.functions import Mathematics as Mathematics
+from robostiff.io.expression.functions import exact_mathematics as exact_mathematics
+from robostiff.io.expression.parameters import ParameterError as ParameterError
+from robostiff.io.expression.parameters import parameter_values as parameter_values

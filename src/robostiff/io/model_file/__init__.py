@@ -5,7 +5,6 @@ of a robot of it, at its place in the file: every error gives file, line, column
 ``model_from_document`` is the entry point; ``at_home`` verifies what was built.
 """
 
-from robostiff.io.model_file.robots import model_from_document
-from robostiff.io.model_file.symbols import ALL_PARAMETERS, ParameterChoice
-
-__all__ = ["ALL_PARAMETERS", "ParameterChoice", "model_from_document"]
+from robostiff.io.model_file.robots import model_from_document as model_from_document
+from robostiff.io.model_file.symbols import ALL_PARAMETERS as ALL_PARAMETERS
+from robostiff.io.model_file.symbols import ParameterChoice as ParameterChoice

@@ -7,28 +7,16 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema
 
 from robostiff.io.snapshot.elements import FileHead
-from robostiff.io.snapshot.graph import NetworkFile, network_from_document, network_to_data
-from robostiff.io.snapshot.legs import (
-    SnapshotFile,
-    is_graph,
-    is_snapshot,
-    read_snapshot,
-    snapshot_from_document,
-    snapshot_to_data,
-)
+from robostiff.io.snapshot.graph import NetworkFile
+from robostiff.io.snapshot.graph import network_from_document as network_from_document
+from robostiff.io.snapshot.graph import network_to_data as network_to_data
+from robostiff.io.snapshot.legs import SnapshotFile
+from robostiff.io.snapshot.legs import is_graph as is_graph
+from robostiff.io.snapshot.legs import is_snapshot as is_snapshot
+from robostiff.io.snapshot.legs import read_snapshot as read_snapshot
+from robostiff.io.snapshot.legs import snapshot_from_document as snapshot_from_document
+from robostiff.io.snapshot.legs import snapshot_to_data as snapshot_to_data
 from robostiff.io.validation import WithoutTitles
-
-__all__ = [
-    "is_graph",
-    "is_snapshot",
-    "network_from_document",
-    "network_schema",
-    "network_to_data",
-    "read_snapshot",
-    "snapshot_from_document",
-    "snapshot_schema",
-    "snapshot_to_data",
-]
 
 
 def snapshot_schema() -> dict[str, Any]:
