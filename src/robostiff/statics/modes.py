@@ -198,7 +198,7 @@ class Modes(StatusOfPoses, InNotebooks):
     def __len__(self) -> int:
         return len(self.squares)
 
-    def __getitem__(self, i: int) -> Any:
+    def __getitem__(self, i: int | slice) -> Any:
         """A mode; of many poses, the modes at one."""
         if self.one is None or isinstance(i, slice):
             return (self.poses or self.each)[i]
