@@ -24,6 +24,8 @@ from robostiff.spatial import exact_number, move_compliance
 from robostiff.spatial.formula import exact_arrays, exact_together
 
 _ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
+# EA over k G A of a beam is 2 to 9, and some 30 of one of fibres along it; more is a taper
+_SHEARED = 50.0
 
 
 def cantilever_compliance(
@@ -177,8 +179,12 @@ class UniformBeam:
     shear_z: float  #: likewise
 
 
-def uniform_beam(C: np.ndarray) -> UniformBeam | None:
+def uniform_beam(C: np.ndarray, *, is_one: bool = False) -> UniformBeam | None:
     """The uniform beam that has a compliance (6, 6) about its far end; None where none has.
+
+    Unless it is known that C `is_one` of a beam, shear must not deform it more than that of any
+    material and shape: the compliance of a beam that is thinner at its end is that of a shorter
+    beam, soft in shear.
 
     Examples
     --------
@@ -193,6 +199,8 @@ def uniform_beam(C: np.ndarray) -> UniformBeam | None:
     shear_y, shear_z = dy / L - rz * L / 3.0, dz / L - ry * L / 3.0
     size_y, size_z = dy / L, dz / L
     if shear_y < -_ALIKE * size_y or shear_z < -_ALIKE * size_z:
+        return None
+    if not is_one and max(shear_y, shear_z) * L > _SHEARED * stretch:
         return None
     shear_y = shear_y if shear_y > _ALIKE * size_y else 0.0
     shear_z = shear_z if shear_z > _ALIKE * size_z else 0.0

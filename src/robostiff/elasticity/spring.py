@@ -40,6 +40,9 @@ class Elasticity:
         Inequalities that formulas leave open and without which the element does not exist.
     beam : SlenderBeam or None
         The beam that it is of, where it is made as one; its formulas have names for its products.
+    segments : tuple of (6, 6) arrays, or None
+        Compliances of the uniform segments of a tapered beam from its start on, each about its own
+        far end; empty of a uniform beam. None of a matrix, of which no more is known.
 
     Raises
     ------
@@ -61,6 +64,7 @@ class Elasticity:
     freedoms: NDArray[Any] = field(default_factory=lambda: np.zeros((6, 0)))
     bounds: tuple[Bounds, ...] = ()
     beam: SlenderBeam | None = None
+    segments: tuple[NDArray[Any], ...] | None = None
 
     def __post_init__(self) -> None:
         compliance = _own_array("compliance of the spring", self.compliance)
@@ -80,16 +84,26 @@ class Elasticity:
         object.__setattr__(self, "compliance", compliance)
         object.__setattr__(self, "freedoms", freedoms)
         object.__setattr__(self, "bounds", left_open(self.bounds))
+        if self.segments:
+            segments = (_own_array("compliance of a segment", C) for C in self.segments)
+            object.__setattr__(self, "segments", tuple(segments))
 
     @cached_property
     def modes(self) -> NDArray[Any]:
         """Twists (..., 6, 6) in columns: a wrench w stores the energy ``|modes^T w|^2 / 2``."""
         return compliance_modes(self.compliance)
 
+    @property
+    def pieces(self) -> tuple[NDArray[Any], ...]:
+        """Compliances of its segments; that of the whole where it has none."""
+        return self.segments or (self.compliance,)
+
     @cached_property
-    def as_beam(self) -> UniformBeam | None:
-        """The uniform beam that a matrix of numbers is of, in its own axes; None of others."""
-        return None if self.freedoms.size else uniform_beam(self.compliance)
+    def beams(self) -> tuple[UniformBeam, ...]:
+        """Uniform beams, in its own axes, that the pieces of a part in numbers are; else none."""
+        pieces, is_one = () if self.freedoms.size else self.pieces, self.segments is not None
+        found = [uniform_beam(C, is_one=is_one) for C in pieces]
+        return tuple(beam for beam in found if beam and None not in found)
 
     @property
     def is_rigid(self) -> bool:
@@ -103,7 +117,8 @@ class Elasticity:
         found = object.__new__(Elasticity)  # its arrays have been checked with the others
         batches = {name: vars(self).get(name) for name in ("compliance", "modes")}
         arrays = {name: array[index] for name, array in batches.items() if array is not None}
-        vars(found).update(freedoms=self.freedoms, bounds=self.bounds, beam=None, **arrays)
+        same = {name: getattr(self, name) for name in ("freedoms", "bounds", "segments")}
+        vars(found).update(beam=None, **same, **arrays)
         return found
 
 

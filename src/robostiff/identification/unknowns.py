@@ -222,7 +222,8 @@ def _with_factor(element: Element, factor: Any, size: float = 1.0) -> tuple[Elem
     if beam is not None:
         beam = replace(beam, E=beam.E / factor, G=beam.G / factor)
     compliance = elasticity.compliance.astype(object) * factor
-    changed = Elasticity(compliance, elasticity.freedoms, elasticity.bounds, beam)
+    segments = elasticity.segments and tuple(C.astype(object) * factor for C in elasticity.segments)
+    changed = Elasticity(compliance, elasticity.freedoms, elasticity.bounds, beam, segments)
     return (replace(element, elasticity=changed),)
 
 

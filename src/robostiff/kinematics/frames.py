@@ -397,4 +397,4 @@ def telescopic_elasticity(beam: TelescopicBeam, length: np.ndarray) -> Elasticit
         usable = np.maximum(np.asarray(usable, dtype=float), np.finfo(float).tiny ** 0.25)
     C = beam_compliance(usable, beam.material, beam.section, beam.theory)
     bounds = (*beam.material.bounds, *beam.section.bounds)
-    return Elasticity(poses_side_by_side(C, 2), bounds=bounds)
+    return Elasticity(poses_side_by_side(C, 2), bounds=bounds, segments=())

@@ -139,7 +139,8 @@ class TelescopicBeam:
         known = isinstance(self.share, int | float) and isinstance(self.fixed, int | float)
         if not known or self.share != 0 or not self.fixed > 0:
             return None
-        return Elasticity(beam_compliance(self.fixed, self.material, self.section, self.theory))
+        C = beam_compliance(self.fixed, self.material, self.section, self.theory)
+        return Elasticity(C, segments=())
 
     def mass_at(self, length: np.ndarray) -> np.ndarray | None:
         """Mass at lengths (...) [kg]; None where neither it nor a density is known."""
@@ -293,7 +294,8 @@ def beam_link(
     compliance = beam_compliance(length, material, section, theory or EulerBernoulli())
     masses = beam_mass(length, material, section) if mass is None else mass
     beam = SlenderBeam.of(length, material, section, theory or EulerBernoulli())
-    elasticity = Elasticity(compliance, bounds=(*material.bounds, *section.bounds), beam=beam)
+    bounds = (*material.bounds, *section.bounds)
+    elasticity = Elasticity(compliance, bounds=bounds, beam=beam, segments=())
     return Link(to, elasticity, axes, name, masses_of(masses))
 
 

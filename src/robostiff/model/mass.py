@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -259,7 +260,7 @@ class PlacedMass(BatchedPart):
     #: from which to which part of its length it is spread; None for a mass in one place
     span: tuple[float, float] | None = None
 
-    def lumped(self, parts: int, end: np.ndarray) -> list[PointMass]:
+    def lumped(self, cuts: Sequence[float], end: np.ndarray) -> list[PointMass]:
         """The mass as points on bodies whose weights bend its elastic part as it does.
 
         A clamped cubic of length L moves across at s L by ``(3 s^2 - 2 s^3) v + (s^3 - s^2) L r``,
@@ -271,8 +272,9 @@ class PlacedMass(BatchedPart):
 
         Parameters
         ----------
-        parts : int
-            Elements into which the elastic part is cut; 0 for a mass in one place of a body.
+        cuts : sequence of float
+            Where elements of the elastic part begin and end, as parts of its length, 0 and 1 among
+            them; none for a mass in one place of a body.
         end : (3,) array
             Where the elastic part ends [m], of numbers or of entries of a record, as the mass.
 
@@ -280,11 +282,11 @@ class PlacedMass(BatchedPart):
         --------
         >>> middle, start = np.array([0.3, 0, 0]), np.zeros(3)
         >>> beam = PlacedMass("beam", np.array(3.0), middle, start=start, span=(0.0, 1.0))
-        >>> [(own.value, round(own.point[0], 9)) for own in beam.lumped(1, 2 * middle)]
+        >>> [(own.value, round(own.point[0], 9)) for own in beam.lumped((0, 1), 2 * middle)]
         [(1.5, np.float64(0.1)), (1.5, np.float64(0.5))]
         """
         value = np.asarray(self.value).item()
-        if self.start is None or not parts:
+        if self.start is None or not cuts:
             return [PointMass(0, value, np.asarray(self.centre))]
         x = end - self.start
         if self.span is None:
@@ -301,22 +303,21 @@ class PlacedMass(BatchedPart):
         in_one_place = is_zero(last - first)
         points = []
         at = self.start + aside
-        for i in range(parts):
-            low, high = first * parts - i, last * parts - i
+        inner = [usual_size(first) >= cut for cut in cuts[1:-1]]
+        for i, (near, far) in enumerate(pairwise(cuts)):
+            low, high = ((s - near) * (1 / (far - near)) for s in (first, last))
             if in_one_place:
-                lump = value if min(int(usual_size(first) * parts), parts - 1) == i else 0
+                lump = value if sum(inner) == i else 0
             else:
                 low, high = max(low, 0.0), min(high, 1.0)
-                lump = value * (max(high - low, 0.0) / ((last - first) * parts))
+                lump = value * (max(high - low, 0.0) * (far - near) / (last - first))
             if usual_size(lump) == 0:
                 continue
-            far, arm = _share(low, high)
-            near, near_arm = _share(1 - high, 1 - low)
-            for after, share, place in ((i, near, near_arm), (i + 1, far, 1 - arm)):
+            (after, arm), (before, near_arm) = _share(low, high), _share(1 - high, 1 - low)
+            for body, share, place in ((i, before, near_arm), (i + 1, after, 1 - arm)):
                 if usual_size(share) > 0:
-                    points.append(
-                        PointMass(after, lump * share, at + x * ((i + place) * (1 / parts)))
-                    )
+                    s = near + place * (far - near)
+                    points.append(PointMass(body, lump * share, at + x * s))
         return points
 
 

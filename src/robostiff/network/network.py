@@ -147,7 +147,7 @@ class Network(FrozenSubject):
         for element in (*self.beams, *self.springs):
             end = element.end if isinstance(element, BeamElement) else element.point
             for mass in element.masses:
-                for own in mass.lumped(1, end):
+                for own in mass.lumped((0.0, 1.0), end):
                     node = element.b if own.after or mass.start is None else element.a
                     yield NodeForce(node, own.value * gravity, own.point)
 

@@ -141,7 +141,7 @@ def opensees_commands(network: Network, stiff: float = STIFF) -> list[OpenSeesCo
         if any(flags):
             model.add("fix", tag, *flags)
     for beam in network.beams:
-        own = uniform_beam(beam.tip_compliance)
+        own = uniform_beam(beam.tip_compliance, is_one=True)
         if own is None:
             raise _no_beam(f"beam {beam.name!r}")
         _add_beam(model, beam, own, beam.end, beam.rotation)
@@ -233,9 +233,9 @@ def _no_beam(subject: str) -> InputError:
 
 
 def _add_spring(model: _Model, spring: SpringElement) -> None:
-    C, own = spring.elasticity.compliance, spring.elasticity.as_beam
-    if own is not None:
-        _add_beam(model, spring, own, spring.point, spring.rotation)
+    C, beams = spring.elasticity.compliance, spring.elasticity.beams
+    if len(beams) == 1:
+        _add_beam(model, spring, beams[0], spring.point, spring.rotation)
         return
     if np.any(C - np.diag(np.diagonal(C))) or spring.elasticity.freedoms.shape[1]:
         raise _no_beam(f"spring {spring.name!r}")

@@ -18,6 +18,7 @@ from robostiff.elasticity import (
     EulerBernoulli,
     Material,
     Timoshenko,
+    beam_compliance,
     box,
     circle,
     elasticity_from_compliance,
@@ -351,9 +352,10 @@ class WrittenBeam(WrittenMass):
         _check_y_axis(place, y_axis, to, [segment.section for segment in segments])
         with place.complaints():
             compliance = tapered_compliance(segments, theory)
+            each = tuple(beam_compliance(s.length, s.material, s.section, theory) for s in segments)
             bounds = [x for s in segments for x in (*s.material.bounds, *s.section.bounds)]
             bounds += (Bounds("length of a segment", s.length) for s in segments)
-            elasticity = Elasticity(compliance, bounds=tuple(bounds))
+            elasticity = Elasticity(compliance, bounds=tuple(bounds), segments=each)
             spread: list[Mass] = []  # of the segments, as far as their densities are known
             start: Any = 0
             for segment in segments:

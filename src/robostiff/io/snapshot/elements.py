@@ -211,7 +211,7 @@ class BeamData(FilePart):
         where = place.document.location
         question(length, Dimension.LENGTH, where, place.at("end").path, in_si=True)
         question(self.E, Dimension.MODULUS, where, place.at("E").path, in_si=True)
-        return PlacedSpring(name, end, rotation, Elasticity(compliance))
+        return PlacedSpring(name, end, rotation, Elasticity(compliance, segments=()))
 
     def placed_masses(self, name: str, after: int = 0) -> tuple[PlacedMass, ...]:
         """Its mass, from its density."""
@@ -320,6 +320,9 @@ class Spring6Data(FilePart):
         None,
         description="the compliance, twist for a wrench [m/N, 1/N, rad/(N m)]; zero where rigid",
     )
+    segments: list[Matrix6] | None = Field(
+        None, description="of a beam along x: compliances of its uniform segments from its start on"
+    )
 
     @model_validator(mode="after")
     def _one_matrix(self) -> Self:
@@ -341,6 +344,10 @@ class Spring6Data(FilePart):
         else:
             with place.at("compliance").complaints():
                 elasticity = elasticity_from_compliance(self.compliance or [])
+        for i, C in enumerate(self.segments or ()):
+            with place.at("segments", i).complaints():
+                segments = *(elasticity.segments or ()), elasticity_from_compliance(C).compliance
+                elasticity = replace(elasticity, segments=segments)
         return PlacedSpring(name, np.array(self.point, dtype=float), rotation, elasticity)
 
 
@@ -452,8 +459,14 @@ def screw_data(screw: Screw) -> dict[str, Any]:
 def spring6_data(
     name: str, point: np.ndarray, rotation: np.ndarray, elasticity: Elasticity
 ) -> dict[str, Any]:
-    """A spring by its stiffness if this says all there is to say, else by its compliance."""
+    """A spring by its stiffness if this says all there is to say, else by its compliance.
+
+    Of a beam that its matrix alone would not show it has those of the segments besides.
+    """
     place = {"point": one_pose(point, 1), "rotation": one_pose(rotation, 2)}
+    own = elasticity.one(0)
+    if own.segments or (own.beams and not replace(own, segments=None).beams):
+        place["segments"] = [one_pose(C, 2) for C in own.pieces]
     compliance, freedoms = one_pose(elasticity.compliance, 2), elasticity.freedoms
     with suppress(NoAnswerError, InputError):
         K = chain_stiffness(C := np.array(compliance), freedoms).K

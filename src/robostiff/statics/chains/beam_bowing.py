@@ -14,7 +14,7 @@ from robostiff.errors import InputError
 from robostiff.frozen import field, frozen, replace
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
 from robostiff.model.snapshot import PlacedElement
-from robostiff.record import square_root, usual_size
+from robostiff.record import is_zero, square_root, usual_size
 from robostiff.spatial import Space, compliance_modes, cross
 from robostiff.statics.chains.elements import Bending, Element, FiniteJoint, FiniteSpring
 
@@ -229,9 +229,8 @@ class ElementsOfParts(Elements):
     """Of numbers; what is known of one part is used for all alike."""
 
     treated: Beams
-    # by compliance, and in the plane by axes: an element in no place, the length [m] of its beam,
-    # and of how many parts this is
-    known: dict[tuple[object, ...], tuple[FiniteSpring, float, int]] = field(default_factory=dict)
+    # by compliance, and in the plane by axes: elements in no place
+    known: dict[tuple[object, ...], InNoPlace] = field(default_factory=dict)
 
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as one or more elements."""
@@ -241,25 +240,27 @@ class ElementsOfParts(Elements):
         # with a part that is alike at all poses it stays known
         kept = vars(elasticity).setdefault(_ELEMENTS, {})
         if (turned, self.treated) not in kept:
-            free = np.array(elasticity.freedoms, dtype=float)
-            entries = elasticity.compliance.tobytes(), free.tobytes(), turned
+            free, treated = np.array(elasticity.freedoms, dtype=float), self.treated
+            of_pieces = (C.tobytes() for C in elasticity.pieces)
+            entries = elasticity.compliance.tobytes(), *of_pieces, free.tobytes(), turned
             if entries not in self.known:
-                C, beam = elasticity.compliance, elasticity.as_beam
-                treated = self.treated if beam is not None else Linear()
-                parts = (treated.elements or 1) if isinstance(treated, Bowing) else 0
-                element = elastic_element(
+                bows = isinstance(treated, Bowing) and bool(elasticity.beams)
+                pieces: list[tuple[np.ndarray, Any]] = [(elasticity.compliance, None)]
+                if bows or len(elasticity.beams) > 1:
+                    lengths = (beam.length for beam in elasticity.beams)
+                    pieces = [*zip(elasticity.pieces, lengths, strict=True)]
+                self.known[entries] = elastic_elements(
                     self.space,
                     np.array(spring.rotation, dtype=float),
-                    (C, free),
-                    beam.length if beam and parts else None,
-                    parts,
+                    pieces,
+                    free,
+                    treated.elements or 1 if isinstance(treated, Bowing) and bows else 1,
                     partial(_modes, elasticity),
+                    bows=bows,
                     inner=isinstance(treated, Bowing) and treated.has_inner_modes,
                 )
-                self.known[entries] = element, 0.0 if beam is None else beam.length, parts
             kept[turned, self.treated] = self.known[entries]
-        element, length, parts = kept[turned, self.treated]
-        return in_series(element, spring, length, parts)
+        return in_series(kept[turned, self.treated], spring)
 
 
 def _modes(
@@ -275,6 +276,39 @@ def _modes(
 #: Motions (r, m) of an elastic part by its coordinates, and the stiffness of these (m,),
 #: from its compliance (r, r) and its freedoms (r, f).
 Modes = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+#: Elements in no place, in series; with each how far before the end of their part it ends [m].
+InNoPlace = list[tuple[FiniteSpring, Any]]
+
+
+def elastic_elements(
+    space: Space,
+    rotation: np.ndarray,
+    pieces: Sequence[tuple[np.ndarray, Any]],
+    free: np.ndarray,
+    parts: int,
+    modes_of: Modes,
+    *,
+    bows: bool,
+    inner: bool,
+) -> InNoPlace:
+    """An elastic part as elements: each piece of a beam as so many equal ones.
+
+    Pieces are compliances (6, 6) and lengths [m] from the start on, or one compliance and None;
+    `bows`: whether bending shortens them. The rest is as for `elastic_element`.
+    """
+    found: InNoPlace = []
+    rest: Any = 0
+    for C, length in reversed(pieces):
+        bent = length if bows else None
+        element = elastic_element(space, rotation, (C, free), bent, parts, modes_of, inner=inner)
+        for i in range(parts):
+            found.append((element, rest if i == 0 else rest + length * (i / parts)))
+        rest = rest if length is None else rest + length
+    whole = usual_size(rest) or 1.0
+    ends = ((e, back, 1.0 - usual_size(back) / whole) for e, back in reversed(found))
+    return [(replace(e, ends=end), back) for e, back, end in ends]
 
 
 def elastic_element(
@@ -313,20 +347,15 @@ def elastic_element(
     return FiniteSpring("", nowhere, rotation, V, k, axial, bent)
 
 
-def in_series(
-    element: FiniteSpring, spring: PlacedSpring, length: Any, parts: int
-) -> list[Element]:
-    """The elements of an elastic part where it is, from those in no place.
-
-    Parts of a beam of some length [m], of numbers or of entries, end with the last at its point.
-    """
+def in_series(found: InNoPlace, spring: PlacedSpring) -> list[Element]:
+    """The elements of an elastic part where it is, of numbers or of entries."""
+    (first, _), *_ = found
     point, rotation = (
-        np.asarray(each, dtype=element.point.dtype) for each in (spring.point, spring.rotation)
+        np.asarray(each, dtype=first.point.dtype) for each in (spring.point, spring.rotation)
     )
-    shared = element.modes, element.stiffness, element.axial, element.bending
-    element = FiniteSpring(spring.name, point, rotation, *shared)
-    if parts < 2:
-        return [element]
-    x = rotation[:, 0] * length
-    nearer = [replace(element, point=point + x * ((i + 1) / parts - 1)) for i in range(parts - 1)]
-    return [*nearer, element]
+    placed: list[Element] = []
+    for e, back in found:
+        at = point if is_zero(back) else point - rotation[:, 0] * back
+        shared = e.modes, e.stiffness, e.axial, e.bending, e.ends
+        placed.append(FiniteSpring(spring.name, at, rotation, *shared))
+    return placed

@@ -212,6 +212,7 @@ class FiniteSpring:
     stiffness: np.ndarray  # (m,): k
     axial: Any  # EA/L of a beam with bowing [N/m]; 0 of a linear spring
     bending: Bending
+    ends: float = 1.0  # part of the length of its elastic part that is before its end
 
     @property
     def size(self) -> int:

@@ -43,9 +43,9 @@ class CarriedMass:
     mass : PlacedMass
     spot : Spot
         The body that carries it.
-    parts : int
-        Of the elements before it the last so many are the elastic part along which it is; 0 for
-        a mass on a body.
+    cuts : tuple of float
+        Where the elements of the elastic part along which it is begin and end, as parts of its
+        length; the last of them is before that body. Empty for a mass on a body.
     part : PlacedSpring or None
         That elastic part.
     end : (3,) array
@@ -54,9 +54,14 @@ class CarriedMass:
 
     mass: PlacedMass
     spot: Spot
-    parts: int = 0
+    cuts: tuple[float, ...] = ()
     part: PlacedSpring | None = None
     end: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def parts(self) -> int:
+        """Number of these elements."""
+        return max(len(self.cuts) - 1, 0)
 
     @cached_property
     def is_along_part(self) -> bool:
@@ -82,33 +87,33 @@ def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -
     """
     n = np.array([carried.parts for carried in masses])
     of_mass = np.repeat(np.arange(len(masses)), n)  # of each element
-    i = np.concatenate([np.arange(carried.parts) for carried in masses])
+    begin, end = (np.concatenate([c.cuts[k : k + c.parts] for c in masses]) for k in (0, 1))
     near = [Spot(c.spot.chain, c.spot.after - c.parts + k) for c in masses for k in range(c.parts)]
     ends = [*near, *(spot._replace(after=spot.after + 1) for spot in near)]
     R, t = legs.places_of(state, ends)
     start = np.array([carried.mass.start for carried in masses])[of_mass]
     x = np.array([carried.end for carried in masses])[of_mass] - start
     y = np.array([carried.part.rotation[:, 1] for carried in masses if carried.part])[of_mass]
-    n, E = n[of_mass], len(near)
+    E = len(near)
     # ends of all elements, and their axes, as they are now
-    steps = np.concatenate([i, i + 1]) / np.tile(n, 2)
+    steps = np.concatenate([begin, end])
     at = (R @ (np.tile(start, (2, 1)) + np.tile(x, (2, 1)) * steps[:, None])[..., None])[..., 0] + t
     chord = at[E:] - at[:E]
     axes = _axes(chord, ((R[:E] + R[E:]) @ y[..., None])[..., 0])
-    shear, radii = (np.array(v)[of_mass] for v in zip(*map(_beam_numbers, masses), strict=True))
+    shear, radii = map(np.concatenate, zip(*map(_beam_numbers, masses), strict=True))
     spans, aside = (np.array(v)[of_mass] for v in zip(*map(_spread, masses), strict=True))
     aside = (np.swapaxes(_axes(x, y), -1, -2) @ aside[..., None])[..., 0]
     # sections, as parts s of their elements, and their masses; a mass at one point is all in one
-    first, last = (spans * n[:, None] - i[:, None]).T
+    first, last = ((spans - begin[:, None]) / (end - begin)[:, None]).T
     is_point, low, high = first == last, np.maximum(first, 0.0), np.minimum(last, 1.0)
     s = low[:, None] + 0.5 * (1.0 + _GAUSS[0]) * (high - low)[:, None]
     share = np.maximum(high - low, 0.0) / np.where(is_point, 1.0, last - first)
-    is_in = np.minimum((spans[:, 0] * n).astype(int), n - 1) == i
+    is_in = (spans[:, 0] >= begin) & ((spans[:, 0] < end) | (end == 1.0))
     s, share = np.where(is_point[:, None], first[:, None], s), np.where(is_point, is_in, share)
     weight = np.array([carried.mass.value for carried in masses], dtype=float)[of_mass] * share
     # their velocities by those of both ends, and these by the unknowns
     length = np.linalg.norm(chord, axis=-1)
-    phi = shear / (x * x).sum(axis=-1)[:, None] * (n * n)[:, None]
+    phi = shear / ((x * x).sum(axis=-1) * (end - begin) ** 2)[:, None]
     rows = motion_of_section(s, length[:, None], phi[:, None])
     roots = np.sqrt(0.5 * weight[:, None] * _GAUSS[1])
     rows = twist_transport(aside)[:, None] @ rows * roots[..., None, None]
@@ -119,15 +124,19 @@ def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -
     return by_ends @ np.concatenate([twists[:E], twists[E:]], axis=1)
 
 
-def _beam_numbers(carried: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
-    """``12 E I / (G A)`` in x-y and x-z [m^2], and radii of gyration (3,) of spread mass [m]."""
+def _beam_numbers(carried: CarriedMass) -> tuple[np.ndarray, np.ndarray]:
+    """``12 E I / (G A)`` in x-y and x-z [m^2], and radii of gyration of spread mass [m].
+
+    Of each element (n, 2) and (n, 3).
+    """
     part, x = cast("PlacedSpring", carried.part), carried.end - carried.mass.start
-    beam = part.elasticity.as_beam
-    if beam is None or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x):
-        return (0.0, 0.0), np.zeros(3)
-    radii = np.sqrt(np.array([beam.EIy + beam.EIz, beam.EIy, beam.EIz]) / beam.EA)
-    shear = 12 * beam.EIz * beam.shear_y, 12 * beam.EIy * beam.shear_z
-    return shear, radii if carried.mass.span is not None else np.zeros(3)
+    beams = part.elasticity.beams
+    if not beams or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x):
+        return np.zeros((carried.parts, 2)), np.zeros((carried.parts, 3))
+    radii = [np.sqrt(np.array([b.EIy + b.EIz, b.EIy, b.EIz]) / b.EA) for b in beams]
+    shear = [(12 * b.EIz * b.shear_y, 12 * b.EIy * b.shear_z) for b in beams]
+    of = np.arange(carried.parts) * len(beams) // carried.parts
+    return np.array(shear)[of], np.array(radii)[of] * (carried.mass.span is not None)
 
 
 def _spread(carried: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:

@@ -14,7 +14,7 @@ from robostiff.model import PlacedBodySpring, PlacedSpring
 from robostiff.model.body_spring import BodySpring
 from robostiff.record import Entry, is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
-from robostiff.statics.chains.beam_bowing import Elements, elastic_element, in_series
+from robostiff.statics.chains.beam_bowing import Elements, elastic_elements, in_series
 from robostiff.statics.chains.elements import NOBODY, Element, FiniteJoint, FiniteSpring, Share
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
 from robostiff.statics.chains.numbers import Component
@@ -54,14 +54,21 @@ class RecordedElements(Elements):
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as elements."""
         like = self.like[leg, spring.name]
-        values = spring.rotation, spring.elasticity.compliance, spring.elasticity.freedoms
-        rotation, C, free = map(self.array, values)
-        beam = 2 * C[1, 5] / C[5, 5] if like[0].bows else None
-        inner, parts = bool(np.any(like[0].bending.b)), len(like)
-        element = elastic_element(
-            self.space, rotation, (C, free), beam, parts, self._modes_of, inner=inner
+        own, bows = spring.elasticity, like[0].bows
+        rotation, free = map(self.array, (spring.rotation, own.freedoms))
+        each = [*map(self.array, own.pieces if len(like) > 1 else (own.compliance,))]
+        lengths = (2 * C[1, 5] / C[5, 5] if bows or len(each) > 1 else None for C in each)
+        found = elastic_elements(
+            self.space,
+            rotation,
+            [*zip(each, lengths, strict=True)],
+            free,
+            len(like) // len(each),
+            self._modes_of,
+            bows=bows,
+            inner=bool(np.any(like[0].bending.b)),
         )
-        return in_series(element, spring, 0 if beam is None else beam, parts)
+        return in_series(found, spring)
 
     def _modes_of(self, C: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Twists F with ``sum F F^T = C``, rotations first, as in bending; and freedoms."""

@@ -313,7 +313,9 @@ def _of_network(network: Network) -> Assembly:
     for number, e in enumerate(network.elements):
         parts: tuple[Part, ...]
         if isinstance(e, BeamElement):
-            parts = (PlacedSpring(e.name, e.end, e.rotation, Elasticity(e.tip_compliance)),)
+            parts = (
+                PlacedSpring(e.name, e.end, e.rotation, Elasticity(e.tip_compliance, segments=())),
+            )
         elif isinstance(e, SpringElement):
             parts = (PlacedSpring(e.name, e.point, e.rotation, e.elasticity),)
         else:

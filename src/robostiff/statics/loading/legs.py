@@ -34,6 +34,7 @@ from robostiff.statics.chains.elements import (
     FiniteChain,
     FiniteCoupling,
     FiniteJoint,
+    FiniteSpring,
     Owner,
     Spot,
     unknown_name,
@@ -292,16 +293,17 @@ class _Chains:
         if mass.start is not None and place.parts and place.member in self.behind:
             part = self.assembly.members[place.member].parts[place.parts - 1]
             if isinstance(part, PlacedSpring):
-                counts = self.behind[place.member][1]
-                parts = counts[place.parts] - counts[place.parts - 1]
-                return CarriedMass(mass, spot, parts, part, np.asarray(part.point))
+                chain, counts = self.behind[place.member]
+                own = self.elements[chain][counts[place.parts - 1] : counts[place.parts]]
+                cuts = 0.0, *(e.ends for e in own if isinstance(e, FiniteSpring))
+                return CarriedMass(mass, spot, cuts, part, np.asarray(part.point))
         return CarriedMass(mass, spot)
 
     def weigh(self, carried: Sequence[CarriedMass], gravity: np.ndarray) -> None:
         """Add weights: those of one body are one force at their centre."""
         on_bodies = defaultdict(list)
         for one in carried:
-            for point in one.mass.lumped(one.parts, one.end):
+            for point in one.mass.lumped(one.cuts, one.end):
                 spot = Spot(one.spot.chain, one.spot.after - one.parts + point.after)
                 on_bodies[spot].append((point.value, point.point))
         for spot, several in on_bodies.items():
