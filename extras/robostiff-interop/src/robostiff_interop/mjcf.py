@@ -98,6 +98,13 @@ def read_equalities(
             loops.append(_loop(model, names, i, name or f"{_LOOPS[kind]}{i + 1}", kind))
         elif kind == _JOINT:
             follower, mimic = _joint(model, names, i, file)
+            if follower in mimics:
+                raise FileError(
+                    Location(file),
+                    f"joint {follower!r}",
+                    got=Words(f"a joint that follows {mimics[follower].joint!r} and {mimic.joint!r}"),
+                    expected="one joint that it follows; the other may follow it",
+                )
             mimics[follower] = mimic
         else:
             raise FileError(
