@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robostiff.errors import Location, Words, needs_extra
+from robostiff.errors import Location, Words, needs_extra, warn_of_slip
 from robostiff.io.bounded_file import read_elsewhere
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.rigid_tree.build import drawn_links
@@ -153,8 +153,9 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
         raise joint.error(f"axis of joint {name!r}", got=axis, expected="a direction, not zero")
     low, high = (joint.numbers_at("limit", key, (0.0,), of).item() for key in ("lower", "upper"))
     limit = joint.one("limit")
-    bounded = limit is not None and {"lower", "upper"} <= set(limit.attributes) and low < high
-    limits = (low, high) if bounded and word != "continuous" else None
+    if limit is not None and low > high and word != "continuous":
+        warn_of_slip(f"{limit.location}: limits {of}, from {low:g} to {high:g}: not read")
+    limits = (low, high) if low < high and word != "continuous" else None
     follows = None
     if (mimic := joint.one("mimic")) is not None:
         factor = joint.numbers_at("mimic", "multiplier", (1.0,), of).item()
@@ -233,6 +234,16 @@ _HARMLESS = frozenset(
     )
 )
 
+_READ = {  # of joints and inertials, with their attributes; () for any
+    "origin": ("xyz", "rpy", "quat_xyzw"),
+    "axis": ("xyz",),
+    "mimic": ("joint", "multiplier", "offset"),
+    "mass": ("value",),
+    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    **dict.fromkeys(("parent", "child", "limit", "dynamics", "armature", "springStiffness"), ()),
+    **dict.fromkeys(("springReference", "calibration", "safety_controller"), ()),
+}
+
 _TURNING, _BALL = ("revolute", "continuous", "hinge"), ("ball", "spherical")
 
 
@@ -268,6 +279,7 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
                 next(part for part in root.all("joint") if part.attributes["name"] == joint.name)
             )
             del springs[joint.name]
+    _name_parts_not_read(root, unread)
     for element in root.children:
         if element.tag not in _HARMLESS and not element.tag.startswith("xacro"):
             unread.setdefault(f"<{element.tag}>", []).append(element)
@@ -288,6 +300,23 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     )
     joints = tuple(replace(edge, spring=springs.get(edge.name, 0.0)) for edge in tree.joints)
     return replace(tree, joints=joints, loops=tuple(loops))
+
+
+def _name_parts_not_read(root: XmlElement, unread: dict[str, list[XmlElement]]) -> None:
+    """Add what stands in joints and inertials under other names, or a second time."""
+    inertials = (own for link in root.all("link") for own in link.all("inertial"))
+    for element in (*root.all("joint"), *inertials):
+        passed: set[str] = set()
+        for part in element.children:
+            known, again = _READ.get(part.tag), part.tag in passed
+            kinds = [
+                f"{key} in <{part.tag}>" for key in part.attributes if known and key not in known
+            ]
+            if known is None or again:
+                kinds = [f"{'a second ' * again}<{part.tag}>"]
+            passed.add(part.tag)
+            for kind in kinds:
+                unread.setdefault(f"{kind} of", []).append(element)
 
 
 def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: float) -> float:

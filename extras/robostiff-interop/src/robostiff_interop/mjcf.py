@@ -103,7 +103,9 @@ def read_equalities(
                 raise FileError(
                     Location(file),
                     f"joint {follower!r}",
-                    got=Words(f"a joint that follows {mimics[follower].joint!r} and {mimic.joint!r}"),
+                    got=Words(
+                        f"a joint that follows {mimics[follower].joint!r} and {mimic.joint!r}"
+                    ),
                     expected="one joint that it follows; the other may follow it",
                 )
             mimics[follower] = mimic
