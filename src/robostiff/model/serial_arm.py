@@ -227,9 +227,9 @@ def _exact(angle: Any) -> Any:
 
 
 def _one_a_joint(subject: str, value: Any, count: int) -> Iterator[Any]:
-    if not isinstance(value, list | tuple | np.ndarray):
-        return iter([value] * count)
-    values = list(value)
+    values = value.tolist() if isinstance(value, np.ndarray) else value
+    if not isinstance(values, list | tuple):
+        return iter([values] * count)
     if len(values) != count:
         raise InputError(
             subject,
