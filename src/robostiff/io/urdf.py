@@ -133,18 +133,12 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
     for tag in ("parent", "child"):
         element = joint.one(tag)
         link = None if element is None else element.attributes.get("link")
-        if element is None or not link:
+        if link not in links:
             raise (element or joint).error(
                 f"{tag} {of}",
-                got=Words("none" if element is None else "no link"),
-                expected=f'<{tag} link="..."/>',
-            )
-        if link not in links:
-            raise element.error(
-                f"{tag} {of}",
-                got=link,
-                expected=f"one of the links {listing(list(links), 30)}",
-                hint=did_you_mean(link, links),
+                got=link or Words("none"),
+                expected=f'<{tag} link="..."/> with one of the links {listing(list(links), 30)}',
+                hint=did_you_mean(link, links) if link else None,
             )
         ends.append(link)
     before = joint.frame_at("origin", of)
@@ -371,19 +365,16 @@ def _loop(element: XmlElement, drawn: Mapping[str, Frame]) -> TreeLoop | None:
             return None
         links, frames, axis = joint_ends
     else:  # both links, the frame of the joint in each, and its axis; zero where they differ
-        axes = [element.one("axis")] * 2
-        ends = origins = [element.one("link1"), element.one("link2")]
+        ends, axes, of = ("link1", "link2"), ("axis", "axis"), f"of <{element.tag}>"
+        origins = ends
         if element.tag == "constraint":
-            ends = [element.one("parent"), element.one("child")]
-            origins = [element.one("parent_origin"), element.one("child_origin")]
-            axes = [element.one("parent_axis") or axes[0], element.one("child_axis")]
-        first, second = ("" if body is None else body.attributes.get("link", "") for body in ends)
-        start, end = (
-            frame_of(*(_attribute(origin, key, np.zeros(3)) for key in ("xyz", "rpy")))
-            for origin in origins
-        )
-        axis = _attribute(axes[0], "xyz", np.array([1.0, 0.0, 0.0]))
-        same = np.allclose(axis, _attribute(axes[1], "xyz", axis), rtol=0, atol=1e-12)
+            ends, origins = ("parent", "child"), ("parent_origin", "child_origin")
+            axes = "parent_axis" if element.one("parent_axis") else "axis", "child_axis"
+        bodies = (element.one(tag) for tag in ends)
+        first, second = ("" if body is None else body.attributes.get("link", "") for body in bodies)
+        start, end = (element.frame_at(tag, of) for tag in origins)
+        axis = element.numbers_at(axes[0], "xyz", (1.0, 0.0, 0.0), of)
+        same = np.allclose(axis, element.numbers_at(axes[1], "xyz", axis, of), rtol=0, atol=1e-12)
         links, frames, axis = (first, second), (start, end), axis * same
     name, kind = element.attributes.get("name") or element.tag, element.attributes.get("type")
     if not set(links) <= set(drawn) or links[0] == links[1]:
@@ -420,12 +411,6 @@ def _ends_of_gazebo(
     in_parent = drawn[links[0]].inverse @ drawn[links[1]] @ in_child
     text = None if direction is None else direction.text
     return links, (in_parent, in_child), element.numbers("axis of <joint>", text, (0.0, 0.0, 1.0))
-
-
-def _attribute(element: XmlElement | None, key: str, otherwise: np.ndarray) -> np.ndarray:
-    if element is None:
-        return otherwise
-    return element.numbers(f"{key} of <{element.tag}>", element.attributes.get(key), otherwise)
 
 
 def _text(element: XmlElement, tag: str) -> str:
