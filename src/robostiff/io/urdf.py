@@ -48,17 +48,12 @@ _TYPES = {
 }
 
 
-def _named(element: XmlElement, what: str) -> str:
-    name = element.attributes.get("name", "")
-    if not name:
-        raise element.error(what, got=Words("no name"), expected='name="..."')
-    return name
-
-
 def _names(elements: list[XmlElement], what: str) -> dict[str, XmlElement]:
     names: dict[str, XmlElement] = {}
     for element in elements:
-        name = _named(element, what)
+        name = element.attributes.get("name", "")
+        if not name:
+            raise element.error(what, got=Words("no name"), expected='name="..."')
         if name in names:
             raise element.error(f"name of a {what}", got=name, expected="each name once")
         names[name] = element
@@ -86,7 +81,6 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     root = read_xml(source, content=content)
     if root.tag != "robot":
         raise root.error("URDF", got=Words(f"<{root.tag}>"), expected="<robot> at the top")
-    name = _named(root, "robot")
     links = _names(root.all("link"), "link")
     if not links:
         raise root.error("URDF", got=Words("no link"), expected="at least one")
@@ -107,7 +101,7 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
         if inertia < 0:
             raise root.error(f"rotor of joint {joint!r}", got=inertia, expected="an inertia, or 0")
     tree = RigidTree(
-        name=name,
+        name=root.attributes.get("name") or Path(source).stem,
         file=str(source),
         links=tuple(links),
         joints=tuple(
@@ -146,9 +140,8 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
     if kind in (JointType.REVOLUTE, JointType.PRISMATIC, JointType.PLANAR) and not np.any(axis):
         raise joint.error(f"axis of joint {name!r}", got=axis, expected="a direction, not zero")
     low, high = (joint.numbers_at("limit", key, (0.0,), of).item() for key in ("lower", "upper"))
-    limit = joint.one("limit")
-    if limit is not None and low > high and word != "continuous":
-        warn_of_slip(f"{limit.location}: limits {of}, from {low:g} to {high:g}: not read")
+    if low > high and word != "continuous":
+        warn_of_slip(f"{joint.location}: limits {of}, from {low:g} to {high:g}: not read")
     limits = (low, high) if low < high and word != "continuous" else None
     follows = None
     if (mimic := joint.one("mimic")) is not None:
@@ -246,7 +239,7 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
 
     Raises FileError where their numbers are none.
     """
-    unread: dict[str, list[XmlElement]] = {}
+    unread: dict[str, list[tuple[str, Location]]] = {}
     drawn = drawn_links(tree, {})
     loops = []
     of_gazebo = [
@@ -258,7 +251,7 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     for element in (*of_gazebo, *root.all("loop_joint"), *root.all("constraint")):
         loop = _loop(element, drawn)
         if loop is None:
-            unread.setdefault("loops", []).append(element)
+            unread.setdefault("loops", []).append(element.place)
         else:
             taken = {joint.name for joint in tree.joints} | {other.name for other in loops}
             name = loop.name
@@ -266,37 +259,22 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
                 name = f"loop {name}"
             loops.append(replace(loop, name=name))
     springs = _springs(root, unread)
-    for joint in tree.joints:
-        moves = joint.type in (JointType.REVOLUTE, JointType.PRISMATIC)
-        if not moves and springs.get(joint.name):
-            unread.setdefault(f"springs of {joint.type.value} joints", []).append(
-                next(part for part in root.all("joint") if part.attributes["name"] == joint.name)
-            )
-            del springs[joint.name]
     _name_parts_not_read(root, unread)
     for element in root.children:
         if element.tag not in _HARMLESS and not element.tag.startswith("xacro"):
-            unread.setdefault(f"<{element.tag}>", []).append(element)
+            unread.setdefault(f"<{element.tag}>", []).append(element.place)
         elif element.tag == "transmission" and len(element.all("joint")) > 1:
-            unread.setdefault("transmissions that connect several joints", []).append(element)
+            unread.setdefault("transmissions that connect several joints", []).append(element.place)
         elif element.tag == "gazebo" and "reference" not in element.attributes:
             for child in element.children:
                 if child.tag == "link" or child.tag.startswith("joint:"):
-                    unread.setdefault(f"<{child.tag}> of Gazebo", []).append(child)
-    warn_of_parts_not_read(
-        {
-            kind: [
-                (part.attributes.get("name") or part.attributes.get("reference", ""), part.location)
-                for part in elements
-            ]
-            for kind, elements in unread.items()
-        }
-    )
+                    unread.setdefault(f"<{child.tag}> of Gazebo", []).append(child.place)
+    warn_of_parts_not_read(unread)
     joints = tuple(replace(edge, spring=springs.get(edge.name, 0.0)) for edge in tree.joints)
     return replace(tree, joints=joints, loops=tuple(loops))
 
 
-def _name_parts_not_read(root: XmlElement, unread: dict[str, list[XmlElement]]) -> None:
+def _name_parts_not_read(root: XmlElement, unread: dict[str, list[tuple[str, Location]]]) -> None:
     """Add what stands in joints and inertials under other names, or a second time."""
     inertials = (own for link in root.all("link") for own in link.all("inertial"))
     for element in (*root.all("joint"), *inertials):
@@ -310,7 +288,7 @@ def _name_parts_not_read(root: XmlElement, unread: dict[str, list[XmlElement]]) 
                 kinds = [f"{'a second ' * again}<{part.tag}>"]
             passed.add(part.tag)
             for kind in kinds:
-                unread.setdefault(f"{kind} of", []).append(element)
+                unread.setdefault(f"{kind} of", []).append(element.place)
 
 
 def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: float) -> float:
@@ -323,19 +301,23 @@ def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: f
     return otherwise
 
 
-def _springs(root: XmlElement, unread: dict[str, list[XmlElement]]) -> dict[str, float]:
+def _springs(root: XmlElement, unread: dict[str, list[tuple[str, Location]]]) -> dict[str, float]:
     """Stiffness of the spring of each joint that has one [N m/rad or N/m]."""
     springs: dict[str, float] = {}
-    names = {joint.attributes["name"] for joint in root.all("joint")}
+    kinds = {joint.attributes["name"]: joint.attributes["type"] for joint in root.all("joint")}
     for element in (*root.all("joint"), *root.all("gazebo")):
         name = element.attributes.get("name" if element.tag == "joint" else "reference", "")
         k = _spring(element)
-        if not k or name not in names:
+        if not k or name not in kinds:
             continue
-        if springs.setdefault(name, k) != k:
-            unread.setdefault("a second spring of", []).append(element)
+        if _TYPES[kinds[name]] not in (JointType.REVOLUTE, JointType.PRISMATIC):
+            unread.setdefault(f"springs of {kinds[name]} joints", []).append(element.place)
+        elif springs.setdefault(name, k) != k:
+            unread.setdefault("a second spring of", []).append(element.place)
         elif _attribute_or_text(element, "spring_reference", "springReference"):
-            unread.setdefault("the load at home of springs with a reference,", []).append(element)
+            unread.setdefault("the load at home of springs with a reference,", []).append(
+                element.place
+            )
     return springs
 
 

@@ -190,6 +190,11 @@ def test_limits_of_which_one_is_left_out_or_that_are_reversed(tmp_path):
     assert "limits of joint 'j', from 1 to -2: not read" in said[0]
 
 
+def test_a_description_without_a_name_has_that_of_its_file(tmp_path):
+    robot, said = _loaded(tmp_path, ARM.format("", "").replace('name="g"', ""), HELD)
+    assert (robot.name, said) == ("m", [])
+
+
 def test_an_origin_turned_by_a_quaternion(tmp_path):
     """Version 1.2 of URDF: a half turn about z, and lengths of quaternions do not matter."""
     origin = '<origin xyz="1 0 0" quat_xyzw="{}"{}/>'

@@ -50,6 +50,12 @@ class XmlElement:
     children: list[XmlElement]
     text: str = ""
 
+    @property
+    def place(self) -> tuple[str, Location]:
+        """Its name, or that of what it refers to, and where it is."""
+        name = self.attributes.get("name") or self.attributes.get("reference", "")
+        return name, self.location
+
     def error(self, subject: str, **words: Any) -> FileError:
         """An error at this element."""
         return FileError(self.location, subject, **words)
