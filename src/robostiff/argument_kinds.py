@@ -251,6 +251,7 @@ def _fits_container(value: Any, origin: type, parts: tuple[Any, ...]) -> bool:
         else (
             isinstance(value, Iterable)
             and not isinstance(value, str | bytes)
+            and getattr(value, "ndim", 1) > 0  # one number of NumPy is no collection
             and (has_order or not issubclass(origin, Sequence))
         )
     )

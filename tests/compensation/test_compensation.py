@@ -166,6 +166,18 @@ def test_a_file_keeps_its_lines(hexapod, tmp_path):
     assert last["status"] == "ok"
 
 
+def test_fields_may_stand_in_quotes(hexapod, tmp_path):
+    plain, quoted = tmp_path / "plain.csv", tmp_path / "quoted.csv"
+    plain.write_text(text := "x [mm],z [mm],Fz [N]\n-20,900,-800\n")
+    quoted.write_text("\n".join(f'"{line}"'.replace(",", '","') for line in text.splitlines()))
+    wanted, found = (rs.read_program(hexapod, file) for file in (plain, quoted))
+    np.testing.assert_array_equal(found.poses, wanted.poses)
+    np.testing.assert_array_equal(found.wrenches, wanted.wrenches)
+    plain.write_text(text.replace("900", "9_00"))
+    with pytest.raises(rs.FileError, match="2:5: z: value: got '9_00', expected a finite number"):
+        rs.read_program(hexapod, plain)
+
+
 @pytest.mark.parametrize("order", ["zyx", "ZYX", "XYZ", "yxz"])
 def test_euler_angles_in_and_out(hexapod, tmp_path, order):
     angles = {"rx": 4.0, "ry": -3.0, "rz": 7.0}

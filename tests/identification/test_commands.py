@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -75,7 +76,29 @@ def test_a_value_without_a_place_of_its_own(tmp_path):
     done = run("identify", ARM, CAMPAIGN, *ZEROS, "-o", output)
     assert done.exit_code == 2
     assert "place of 'arm/joint2.zero'" in done.output
+    assert "z2: 0 deg of a turn: [{z: z2}] before the joint" in done.output
     assert not output.exists()
+
+
+def test_a_zero_has_a_place_as_the_parameter_of_a_turn(tmp_path):
+    """As the message advises; in the fit it is the zero of the joint, and its unit is said."""
+    joint, turn = (
+        "      - {type: revolute, name: joint2,",
+        "      - {type: rigid, turn: [{y: z2}]}\n",
+    )
+    text = ARM.read_text().replace("  fore:", "  z2: 0 deg\n  fore:").replace(joint, turn + joint)
+    (tmp_path / "arm.yaml").write_text(text)
+    names = "--parameters", "arm/joint*", "--parameters", "arm/joint[345].zero"
+    done = run("identify", tmp_path / "arm.yaml", CAMPAIGN, *names, "--parameters", "z2", "--json")
+    found = json.loads(done.output)
+    assert (found["status"], abs(found["values"]["z2"] - 4e-4) < 3 * found["std"]["z2"]) == (
+        "ok",
+        True,
+    )
+    written = tmp_path / "identified.yaml"
+    run("identify", tmp_path / "arm.yaml", CAMPAIGN, "--parameters", "z2", "-o", written)
+    (line,) = (line for line in written.read_text().splitlines() if "z2:" in line)
+    assert re.match(r"  z2: [-0-9.]+ deg  # \+-[-0-9.e]+ in SI units \(95 %\), from", line)
 
 
 def test_a_plan(tmp_path):

@@ -224,7 +224,7 @@ def test_symbols_stay_exact():
     assert first.R.tolist() == [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
     assert second.R[1, 1] == sp.cos(sp.Rational(3, 10))
     numbers = [rs.DHRow(d=0.4, alpha=-QUARTER), rs.DHRow(a=0.5, alpha=0.3), rs.DHRow(a=0.25)]
-    plain = rs.serial_arm(numbers, convention=STANDARD, joint_stiffness=1e4)
+    plain = rs.serial_arm(numbers, convention=STANDARD, joint_stiffness=np.array(1e4))
     np.testing.assert_allclose(
         rs.compliance(robot.substituted({a: 0.5, k: 1e4})), rs.compliance(plain), atol=1e-18
     )

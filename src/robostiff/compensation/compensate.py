@@ -185,12 +185,8 @@ def compensate(
     from robostiff.statics.kernels.compile import compile_loaded, kept_loading
 
     if not isinstance(robot, Robot):
-        raise InputError(
-            "robot to compensate",
-            got=type(robot).__name__,
-            expected="a Robot",
-            hint='write compensate(load("hexapod"), path, wrenches)',
-        )
+        subject, hint = "robot to compensate", 'write compensate(load("hexapod"), path, wrenches)'
+        raise InputError(subject, got=type(robot).__name__, expected="a Robot", hint=hint)
     finder = posture_finder(robot)
     request = finder.request(path)
     wanted, pose = None, request.coordinates
@@ -200,11 +196,8 @@ def compensate(
     size = robot.space.size
     F = as_floats("wrenches", wrenches, f"{size} numbers, or that of each point")
     if F.shape not in {(size,), (len(pose), size)}:
-        raise InputError(
-            "wrenches",
-            got=f"shape {F.shape}",
-            expected=f"({size},) or ({len(pose)}, {size}), one for each point of the path",
-        )
+        expected = f"({size},) or ({len(pose)}, {size}), one for each point of the path"
+        raise InputError("wrenches", got=f"shape {F.shape}", expected=expected)
     F = _in_world(np.broadcast_to(F, (len(pose), size)), pose, axes, robot)
     backend = Backend.BEST if len(pose) >= _MANY else Backend.ARRAYS
     if loads is None and preload is None:

@@ -394,7 +394,9 @@ class Identified(InNotebooks):
             if unknown.name in intervals:
                 low, high = intervals[unknown.name]
                 half, is_length = 0.5 * (high - low), unknown.kind is UnknownKind.GEOMETRY
-                size = number(half, 2) if is_length else f"{number(100 * half / abs(value), 2)} %"
+                size = f"{number(100 * half / abs(value), 2)} %"
+                if is_length:  # the value has the unit of the file
+                    size = f"{number(half, 2)} {unknown.unit or 'in SI units'}"
                 comment = f"+-{size} {about}, {len(self.measured)} readings"
             values[unknown] = value, comment
         write_values(values, self.robot, path, source)

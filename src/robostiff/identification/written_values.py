@@ -74,11 +74,17 @@ def write_values(
             entry = data["joints"][joint] = {**document.data["joints"][pattern], "stiffness": text}
             entries.append(f"{json.dumps(joint)}: {json.dumps(entry)}  # {comment}")
         else:
+            is_zero = unknown.name.endswith(".zero")
+            example = (
+                "z2: 0 deg of a turn: [{z: z2}] before the joint"
+                if is_zero
+                else "c2: 2e-6 rad/(N m)"
+            )
             raise InputError(
                 f"place of {unknown.name!r}",
                 got=f"none of its own in {os.fspath(source)!r}",
                 expected="a parameter, or the stiffness of one drive",
-                hint="write it as a parameter, such as c2: 2e-6 rad/(N m), and identify that",
+                hint=f"write it as a parameter, such as {example}, and identify that",
             )
     lines = edited_lines(document, changes)
     if entries:

@@ -132,7 +132,7 @@ def table_of(
         row = [_number(fields[column.place], comma) for column in columns]
         for column, value in zip(columns, row, strict=True):
             field = fields[column.place]
-            if not abs(value) <= _LARGEST and (column.name not in may_miss or field.strip()):
+            if not abs(value) <= _LARGEST and (column.name not in may_miss or _plain(field)):
                 before = sum(len(text) + 1 for text in fields[: column.place])
                 position = before + 1 + len(field) - len(field.lstrip())
                 raise FileError(
@@ -156,7 +156,7 @@ def table_of(
     table = np.array(values).reshape(len(rows), len(columns))
     si = {column.name: column.factor * table[:, k] for k, column in enumerate(columns)}
     texts = {
-        label: tuple(lines[k].split(separator)[place].strip() for k in rows)
+        label: tuple(_plain(lines[k].split(separator)[place]) for k in rows)
         for label, place in places.items()
     }
     return CsvTable(lines, header, rows, separator, tuple(columns), si, texts)
@@ -172,7 +172,7 @@ def _columns_of(
 ) -> tuple[list[Column], dict[str, int], list[tuple[Location, str, int]]]:
     """Columns of numbers, places of those of words, and what is not read, with its place."""
     # "'" is written before = + - @
-    matches = [_HEADING.match(heading.strip().removeprefix("'")) for heading in headings]
+    matches = [_HEADING.match(_plain(heading).removeprefix("'")) for heading in headings]
     names = {match["name"] for match in matches if match}
     absent = {known.casefold(): known for known in (*units, *words) if known not in names}
     columns: list[Column] = []
@@ -182,7 +182,7 @@ def _columns_of(
     for place, (heading, match) in enumerate(zip(headings, matches, strict=True)):
         at = replace(line, column=start + 1 + len(heading) - len(heading.lstrip()))
         start += len(heading) + 1
-        name = match["name"] if match else re.split(r"[\[\(]", heading)[0].strip()
+        name = match["name"] if match else re.split(r"[\[\(]", _plain(heading))[0].strip()
         if not match or (name not in units and name not in words):
             if others is OtherColumns.REFUSED:
                 raise FileError(
@@ -233,9 +233,15 @@ def _factor(at: Location, name: str, unit: str, si_unit: str) -> float:
         raise FileError.from_input_error(at, error) from None
 
 
+def _plain(field: str) -> str:
+    """A field without the quotes that some programs write around it."""
+    return field.strip().strip('"').strip()
+
+
 def _number(field: str, comma: bool) -> float:
+    text = _plain(field).replace("_", "?")  # 1_0 is a number of Python alone
     try:
-        return float(field.replace(",", ".") if comma else field)
+        return float(text.replace(",", ".") if comma else text)
     except ValueError:
         return math.nan
 

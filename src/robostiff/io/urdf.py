@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from robostiff.errors import Location, Words, needs_extra
+from robostiff.errors import Location, Words, needs_extra, warn_of_slip
 from robostiff.io.bounded_file import read_elsewhere
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.rigid_tree.build import drawn_links
@@ -48,17 +48,12 @@ _TYPES = {
 }
 
 
-def _named(element: XmlElement, what: str) -> str:
-    name = element.attributes.get("name", "")
-    if not name:
-        raise element.error(what, got=Words("no name"), expected='name="..."')
-    return name
-
-
 def _names(elements: list[XmlElement], what: str) -> dict[str, XmlElement]:
     names: dict[str, XmlElement] = {}
     for element in elements:
-        name = _named(element, what)
+        name = element.attributes.get("name", "")
+        if not name:
+            raise element.error(what, got=Words("no name"), expected='name="..."')
         if name in names:
             raise element.error(f"name of a {what}", got=name, expected="each name once")
         names[name] = element
@@ -86,7 +81,6 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
     root = read_xml(source, content=content)
     if root.tag != "robot":
         raise root.error("URDF", got=Words(f"<{root.tag}>"), expected="<robot> at the top")
-    name = _named(root, "robot")
     links = _names(root.all("link"), "link")
     if not links:
         raise root.error("URDF", got=Words("no link"), expected="at least one")
@@ -107,7 +101,7 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
         if inertia < 0:
             raise root.error(f"rotor of joint {joint!r}", got=inertia, expected="an inertia, or 0")
     tree = RigidTree(
-        name=name,
+        name=root.attributes.get("name") or Path(source).stem,
         file=str(source),
         links=tuple(links),
         joints=tuple(
@@ -133,18 +127,12 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
     for tag in ("parent", "child"):
         element = joint.one(tag)
         link = None if element is None else element.attributes.get("link")
-        if element is None or not link:
+        if link not in links:
             raise (element or joint).error(
                 f"{tag} {of}",
-                got=Words("none" if element is None else "no link"),
-                expected=f'<{tag} link="..."/>',
-            )
-        if link not in links:
-            raise element.error(
-                f"{tag} {of}",
-                got=link,
-                expected=f"one of the links {listing(list(links), 30)}",
-                hint=did_you_mean(link, links),
+                got=link or Words("none"),
+                expected=f'<{tag} link="..."/> with one of the links {listing(list(links), 30)}',
+                hint=did_you_mean(link, links) if link else None,
             )
         ends.append(link)
     before = joint.frame_at("origin", of)
@@ -152,9 +140,9 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
     if kind in (JointType.REVOLUTE, JointType.PRISMATIC, JointType.PLANAR) and not np.any(axis):
         raise joint.error(f"axis of joint {name!r}", got=axis, expected="a direction, not zero")
     low, high = (joint.numbers_at("limit", key, (0.0,), of).item() for key in ("lower", "upper"))
-    limit = joint.one("limit")
-    bounded = limit is not None and {"lower", "upper"} <= set(limit.attributes) and low < high
-    limits = (low, high) if bounded and word != "continuous" else None
+    if low > high and word != "continuous":
+        warn_of_slip(f"{joint.location}: limits {of}, from {low:g} to {high:g}: not read")
+    limits = (low, high) if low < high and word != "continuous" else None
     follows = None
     if (mimic := joint.one("mimic")) is not None:
         factor = joint.numbers_at("mimic", "multiplier", (1.0,), of).item()
@@ -233,6 +221,16 @@ _HARMLESS = frozenset(
     )
 )
 
+_READ = {  # of joints and inertials, with their attributes; () for any
+    "origin": ("xyz", "rpy", "quat_xyzw"),
+    "axis": ("xyz",),
+    "mimic": ("joint", "multiplier", "offset"),
+    "mass": ("value",),
+    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    **dict.fromkeys(("parent", "child", "limit", "dynamics", "armature", "springStiffness"), ()),
+    **dict.fromkeys(("springReference", "calibration", "safety_controller"), ()),
+}
+
 _TURNING, _BALL = ("revolute", "continuous", "hinge"), ("ball", "spherical")
 
 
@@ -241,7 +239,7 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
 
     Raises FileError where their numbers are none.
     """
-    unread: dict[str, list[XmlElement]] = {}
+    unread: dict[str, list[tuple[str, Location]]] = {}
     drawn = drawn_links(tree, {})
     loops = []
     of_gazebo = [
@@ -253,7 +251,7 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     for element in (*of_gazebo, *root.all("loop_joint"), *root.all("constraint")):
         loop = _loop(element, drawn)
         if loop is None:
-            unread.setdefault("loops", []).append(element)
+            unread.setdefault("loops", []).append(element.place)
         else:
             taken = {joint.name for joint in tree.joints} | {other.name for other in loops}
             name = loop.name
@@ -261,33 +259,36 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
                 name = f"loop {name}"
             loops.append(replace(loop, name=name))
     springs = _springs(root, unread)
-    for joint in tree.joints:
-        moves = joint.type in (JointType.REVOLUTE, JointType.PRISMATIC)
-        if not moves and springs.get(joint.name):
-            unread.setdefault(f"springs of {joint.type.value} joints", []).append(
-                next(part for part in root.all("joint") if part.attributes["name"] == joint.name)
-            )
-            del springs[joint.name]
+    _name_parts_not_read(root, unread)
     for element in root.children:
         if element.tag not in _HARMLESS and not element.tag.startswith("xacro"):
-            unread.setdefault(f"<{element.tag}>", []).append(element)
+            unread.setdefault(f"<{element.tag}>", []).append(element.place)
         elif element.tag == "transmission" and len(element.all("joint")) > 1:
-            unread.setdefault("transmissions that connect several joints", []).append(element)
+            unread.setdefault("transmissions that connect several joints", []).append(element.place)
         elif element.tag == "gazebo" and "reference" not in element.attributes:
             for child in element.children:
                 if child.tag == "link" or child.tag.startswith("joint:"):
-                    unread.setdefault(f"<{child.tag}> of Gazebo", []).append(child)
-    warn_of_parts_not_read(
-        {
-            kind: [
-                (part.attributes.get("name") or part.attributes.get("reference", ""), part.location)
-                for part in elements
-            ]
-            for kind, elements in unread.items()
-        }
-    )
+                    unread.setdefault(f"<{child.tag}> of Gazebo", []).append(child.place)
+    warn_of_parts_not_read(unread)
     joints = tuple(replace(edge, spring=springs.get(edge.name, 0.0)) for edge in tree.joints)
     return replace(tree, joints=joints, loops=tuple(loops))
+
+
+def _name_parts_not_read(root: XmlElement, unread: dict[str, list[tuple[str, Location]]]) -> None:
+    """Add what stands in joints and inertials under other names, or a second time."""
+    inertials = (own for link in root.all("link") for own in link.all("inertial"))
+    for element in (*root.all("joint"), *inertials):
+        passed: set[str] = set()
+        for part in element.children:
+            known, again = _READ.get(part.tag), part.tag in passed
+            kinds = [
+                f"{key} in <{part.tag}>" for key in part.attributes if known and key not in known
+            ]
+            if known is None or again:
+                kinds = [f"{'a second ' * again}<{part.tag}>"]
+            passed.add(part.tag)
+            for kind in kinds:
+                unread.setdefault(f"{kind} of", []).append(element.place)
 
 
 def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: float) -> float:
@@ -300,19 +301,23 @@ def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: f
     return otherwise
 
 
-def _springs(root: XmlElement, unread: dict[str, list[XmlElement]]) -> dict[str, float]:
+def _springs(root: XmlElement, unread: dict[str, list[tuple[str, Location]]]) -> dict[str, float]:
     """Stiffness of the spring of each joint that has one [N m/rad or N/m]."""
     springs: dict[str, float] = {}
-    names = {joint.attributes["name"] for joint in root.all("joint")}
+    kinds = {joint.attributes["name"]: joint.attributes["type"] for joint in root.all("joint")}
     for element in (*root.all("joint"), *root.all("gazebo")):
         name = element.attributes.get("name" if element.tag == "joint" else "reference", "")
         k = _spring(element)
-        if not k or name not in names:
+        if not k or name not in kinds:
             continue
-        if springs.setdefault(name, k) != k:
-            unread.setdefault("a second spring of", []).append(element)
+        if _TYPES[kinds[name]] not in (JointType.REVOLUTE, JointType.PRISMATIC):
+            unread.setdefault(f"springs of {kinds[name]} joints", []).append(element.place)
+        elif springs.setdefault(name, k) != k:
+            unread.setdefault("a second spring of", []).append(element.place)
         elif _attribute_or_text(element, "spring_reference", "springReference"):
-            unread.setdefault("the load at home of springs with a reference,", []).append(element)
+            unread.setdefault("the load at home of springs with a reference,", []).append(
+                element.place
+            )
     return springs
 
 
@@ -342,19 +347,16 @@ def _loop(element: XmlElement, drawn: Mapping[str, Frame]) -> TreeLoop | None:
             return None
         links, frames, axis = joint_ends
     else:  # both links, the frame of the joint in each, and its axis; zero where they differ
-        axes = [element.one("axis")] * 2
-        ends = origins = [element.one("link1"), element.one("link2")]
+        ends, axes, of = ("link1", "link2"), ("axis", "axis"), f"of <{element.tag}>"
+        origins = ends
         if element.tag == "constraint":
-            ends = [element.one("parent"), element.one("child")]
-            origins = [element.one("parent_origin"), element.one("child_origin")]
-            axes = [element.one("parent_axis") or axes[0], element.one("child_axis")]
-        first, second = ("" if body is None else body.attributes.get("link", "") for body in ends)
-        start, end = (
-            frame_of(*(_attribute(origin, key, np.zeros(3)) for key in ("xyz", "rpy")))
-            for origin in origins
-        )
-        axis = _attribute(axes[0], "xyz", np.array([1.0, 0.0, 0.0]))
-        same = np.allclose(axis, _attribute(axes[1], "xyz", axis), rtol=0, atol=1e-12)
+            ends, origins = ("parent", "child"), ("parent_origin", "child_origin")
+            axes = "parent_axis" if element.one("parent_axis") else "axis", "child_axis"
+        bodies = (element.one(tag) for tag in ends)
+        first, second = ("" if body is None else body.attributes.get("link", "") for body in bodies)
+        start, end = (element.frame_at(tag, of) for tag in origins)
+        axis = element.numbers_at(axes[0], "xyz", (1.0, 0.0, 0.0), of)
+        same = np.allclose(axis, element.numbers_at(axes[1], "xyz", axis, of), rtol=0, atol=1e-12)
         links, frames, axis = (first, second), (start, end), axis * same
     name, kind = element.attributes.get("name") or element.tag, element.attributes.get("type")
     if not set(links) <= set(drawn) or links[0] == links[1]:
@@ -391,12 +393,6 @@ def _ends_of_gazebo(
     in_parent = drawn[links[0]].inverse @ drawn[links[1]] @ in_child
     text = None if direction is None else direction.text
     return links, (in_parent, in_child), element.numbers("axis of <joint>", text, (0.0, 0.0, 1.0))
-
-
-def _attribute(element: XmlElement | None, key: str, otherwise: np.ndarray) -> np.ndarray:
-    if element is None:
-        return otherwise
-    return element.numbers(f"{key} of <{element.tag}>", element.attributes.get(key), otherwise)
 
 
 def _text(element: XmlElement, tag: str) -> str:

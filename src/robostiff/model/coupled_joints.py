@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.errors import InputError
 from robostiff.frozen import frozen
 from robostiff.model.joint import Actuated, Joint, Locked, Passive
-from robostiff.spatial import refuse_quantities
+from robostiff.spatial import as_float
 from robostiff.spatial.formula import Scalar, exact_together, is_formula
 
 _GEAR = Locked()
@@ -62,14 +62,12 @@ class Coupling:
                 subject, got=names, expected="the names of at least two joints, each once"
             )
         for joint, factor in terms:
-            refuse_quantities(f"factor of {joint!r}", factor, "a number other than 0")
-            if not is_formula(factor) and (not np.isfinite(factor) or factor == 0):
-                raise InputError(
-                    f"factor of {joint!r} in the {subject}",
-                    got=factor,
-                    expected="a number other than 0",
-                    hint="leave out a joint that the others do not move",
-                )
+            what, expected = f"factor of {joint!r} in the {subject}", "a number other than 0"
+            if not is_formula(factor) and as_float(what, factor, expected) == 0:
+                hint = "leave out a joint that the others do not move"
+                raise InputError(what, got=factor, expected=expected, hint=hint)
+        if self.home is not None and not is_formula(self.home):
+            as_float(f"sum of the {subject}", self.home, "a number")
         if isinstance(self.role, Passive):
             raise InputError(
                 f"role of the {subject}",

@@ -166,16 +166,10 @@ def serial_arm(
     array([0. , 0. , 0.4])
     """
     rows = _checked_rows(dh)
-    if not isinstance(convention, DHConvention):
-        raise InputError(
-            "convention of Denavit and Hartenberg",
-            got=convention,
-            expected="DHConvention.STANDARD or DHConvention.MODIFIED",
-            hint="the source of the table says which; the two are different robots",
-        )
+    is_modified = DHConvention(convention) is DHConvention.MODIFIED
     # The fixed part before the first joint, and those after each joint.
     first, links = Frame.identity(), [row.about_z @ row.about_x for row in rows]
-    if convention is DHConvention.MODIFIED:
+    if is_modified:
         after = [row.about_x for row in rows[1:]] + [Frame.identity()]
         first, links = rows[0].about_x, [r.about_z @ x for r, x in zip(rows, after, strict=True)]
     per_joint = zip(
@@ -187,7 +181,7 @@ def serial_arm(
     for number, (row, link, stiffness, bound, q_home) in enumerate(per_joint, start=1):
         make = prismatic if row.slides else revolute
         q, name_of_joint = () if q_home is None else (q_home,), row.name or f"joint{number}"
-        frame = link if convention is DHConvention.STANDARD else row.about_z
+        frame = row.about_z if is_modified else link
         masses = tuple(m if m.centre is None else m.seen_from(frame) for m in row.masses)
         elements.append(make(_AXIS, Actuated(stiffness, bound), home=q, name=name_of_joint))
         elements.append(Rigid(link, f"link{number}", masses))
@@ -227,9 +221,9 @@ def _exact(angle: Any) -> Any:
 
 
 def _one_a_joint(subject: str, value: Any, count: int) -> Iterator[Any]:
-    if not isinstance(value, list | tuple | np.ndarray):
-        return iter([value] * count)
-    values = list(value)
+    values = value.tolist() if isinstance(value, np.ndarray) else value
+    if not isinstance(values, list | tuple):
+        return iter([values] * count)
     if len(values) != count:
         raise InputError(
             subject,

@@ -99,11 +99,15 @@ def test_springs_that_cannot_be(tmp_path):
         ('<position joint="j1" class="strong"/>', 70),
         ('<position joint="j1"/>', 20),  # the class of all
         ('<motor joint="j1"/>', None),
+        ('<position joint="j1" class="geared" kp="2"/>', 200),  # all kinds share their defaults
+        ('<position joint="j1" class="slow" kp="2"/>', 18),
     ],
 )
 def test_stiffness_of_drives_is_that_of_mujoco(drives, k, tmp_path):
     """The moment by the motion of a joint at a constant command, by MuJoCo itself."""
     strong = '<default class="strong"><position kp="70"/></default>'
+    strong += '<default class="geared"><motor gear="10"/></default>'
+    strong += '<default class="slow"><velocity kv="4" gear="3"/></default>'
     head = f'<default><position kp="20"/>{strong}</default>'
     mjcf = _arm(drives, head=head).replace('name="j1"', 'name="j1" range="-60 60"')
     found, _ = _stiffnesses(tmp_path, mjcf, "joints: {j2: {role: locked, stiffness: 1}}\n")
@@ -170,6 +174,33 @@ def test_drives_and_springs_of_which_a_part_is_not_read(tmp_path):
         found, said = _stiffnesses(tmp_path, _arm(drives, spring), side)
         assert found == [1000, 2000]
         assert [words in text for text in said] == [True]
+
+
+def test_a_model_may_have_more_controls_than_drives(tmp_path):
+    model = mujoco.MjModel.from_xml_string(_arm('<pid joint="j1" name="p"/>'))
+    (tmp_path / "s.yaml").write_text(SIDE + 'joints: {"*": {stiffness: 9}}', encoding="utf-8")
+    assert rs.load(model, side=tmp_path / "s.yaml").legs[0].chain.roles[0] == rs.Actuated(9)
+
+
+def test_a_follower_of_two_joints_is_refused(tmp_path):
+    both = "".join(f'<joint joint1="j2" joint2="{own}"/>' for own in ("j1", "j3"))
+    body = '<body><joint name="j3"/><geom size="0.01"/></body>'
+    mjcf = _arm('<motor joint="j1"/>', body=body, foot=f"<equality>{both}</equality>")
+    with pytest.raises(rs.FileError, match="joint 'j2': got a joint that follows 'j1' and 'j3'"):
+        _stiffnesses(tmp_path, mjcf)
+
+
+def test_the_joint_with_the_drive_leads(tmp_path):
+    """q1 = 0.1 + q2/2 with the drive on j1: the tip moves by J1 + 2 J2, turned by q2 = -0.2."""
+    foot = '<equality><joint joint1="j1" joint2="j2" polycoef="0.1 0.5 0 0 0"/></equality>'
+    (tmp_path / "m.xml").write_text(_arm('<motor joint="j1"/>', foot=foot), encoding="utf-8")
+    (tmp_path / "s.yaml").write_text(SIDE + "joints: {j1: {stiffness: 9}}", encoding="utf-8")
+    robot = rs.load(tmp_path / "m.xml", side=tmp_path / "s.yaml")
+    x, z = np.cos(0.2), 1 + np.sin(0.2)
+    J = np.array([z, 0, -x, 0, 1, 0]) + 2 * np.array([z - 1, 0, -x, 0, 1, 0])
+    assert np.allclose(rs.stiffness(robot).pose, [x, 0, z, 0, -0.2, 0], atol=1e-12)
+    load = np.array([3.0, 0, 2, 0, 7, 0])
+    assert np.allclose(rs.deflection(robot, wrench=load).twist, J * (J @ load) / 9)
 
 
 def test_a_follower_keeps_its_own_spring(tmp_path):

@@ -162,6 +162,51 @@ def test_springs_of_which_a_part_is_not_read(tmp_path):
     assert "not read: a second spring of j;" in said[0]
 
 
+HELD = TOOL + "joints: {j: {stiffness: 10}}\n"
+
+
+@pytest.mark.parametrize(
+    ("inside", "words"),
+    [
+        ('<orgin xyz="1 0 0"/>', "not read: <orgin> of j;"),
+        ('<Origin xyz="1 0 0"/>', "not read: <Origin> of j;"),
+        ('<origin xyz="0 0 0" rpv="1 0 0"/>', "not read: rpv in <origin> of j;"),
+        ('<axis xyz="1 0 0"/>', "not read: a second <axis> of j;"),
+        ('<drake:mimic joint="i" gear_ratio="3"/>', "not read: <drake:mimic> of j;"),
+    ],
+)
+def test_parts_of_a_joint_that_are_not_read_are_named(inside, words, tmp_path):
+    _, said = _loaded(tmp_path, ARM.format(inside, ""), HELD)
+    assert [words in text for text in said] == [True]
+
+
+def test_limits_of_which_one_is_left_out_or_that_are_reversed(tmp_path):
+    urdf = ARM.format("", "").replace('lower="-1" upper="1"', "{}")
+    robot, said = _loaded(tmp_path, urdf.format('lower="-1"'), HELD)
+    assert robot.legs[0].chain.roles[0] == rs.Actuated(10, limits=(-1.0, 0.0))  # zero otherwise
+    assert not said
+    robot, said = _loaded(tmp_path, urdf.format('lower="1" upper="-2"'), HELD)
+    assert robot.legs[0].chain.roles[0] == rs.Actuated(10)
+    assert "limits of joint 'j', from 1 to -2: not read" in said[0]
+
+
+def test_a_description_without_a_name_has_that_of_its_file(tmp_path):
+    robot, said = _loaded(tmp_path, ARM.format("", "").replace('name="g"', ""), HELD)
+    assert (robot.name, said) == ("m", [])
+
+
+def test_an_origin_turned_by_a_quaternion(tmp_path):
+    """Version 1.2 of URDF: a half turn about z, and lengths of quaternions do not matter."""
+    origin = '<origin xyz="1 0 0" quat_xyzw="{}"{}/>'
+    robot, said = _loaded(tmp_path, ARM.format(origin.format("0 0 2 0", ""), ""), HELD)
+    assert np.allclose(rs.stiffness(robot).reference_point, [0.5, 0, 0])
+    assert np.allclose(rs.stiffness(robot).pose, [1, 0, 0, 0, 0, np.pi])
+    assert not said
+    for quaternion, beside in (("0 0 0 0", ""), ("0 0 0 1", ' rpy="0 0 0"')):
+        with pytest.raises(rs.FileError, match="quat_xyzw in the origin of joint 'j': got"):
+            _loaded(tmp_path, ARM.format(origin.format(quaternion, beside), ""), HELD)
+
+
 def test_names_with_brackets_are_no_patterns(tmp_path):
     """0.3 rad/(N m) of two joints in series of 10 and 5 N m/rad."""
     urdf = ARM.format("", "").replace('name="j"', 'name="finger[0]/base"')

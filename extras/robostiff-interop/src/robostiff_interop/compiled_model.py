@@ -36,11 +36,7 @@ _AT_TOP = frozenset(
     )
 )
 _IN_DEFAULTS = frozenset(
-    (
-        *("mesh", "material", "camera", "light", "pair", "tendon", "flex"),
-        *("motor", "velocity", "damper", "muscle", "adhesion", "dcmotor", "pid", "orientation"),
-        "plugin",
-    )
+    ("mesh", "material", "camera", "light", "pair", "tendon", "flex", "plugin")
 )
 _LEFT_OUT = {
     **dict.fromkeys(("worldbody", "body", "frame", "replicate"), _IN_BODIES),
@@ -69,6 +65,7 @@ _SERVOS = {
     "general": frozenset(("biastype", "biasprm")),
     "cylinder": frozenset(("bias",)),
 }
+_MOTORS = ("motor", "damper", "muscle", "adhesion", "dcmotor", "pid", "orientation")
 _WITHOUT_FORCE_OF_POSITION = frozenset(("motor", "velocity", "damper", "dcmotor"))
 _AFFINE = frozenset(("none", "affine"))
 _FLEXIBLE = frozenset(("flexcomp", "flex"))
@@ -185,20 +182,25 @@ def _keep_kinematics(root: XmlElement) -> None:
             ]
         elif element.tag == "default":
             element.children = [
-                _kept_servo(own) if own.tag in _SERVOS else own for own in element.children
+                _kept_servo(own)
+                for own in element.children
+                if own.tag not in _MOTORS or "gear" in own.attributes
             ]
         for name in _ATTRIBUTES_LEFT_OUT.get(element.tag, ()):
             element.attributes.pop(name, None)
 
 
 def _kept_servo(drive: XmlElement) -> XmlElement:
-    """A drive with what decides its stiffness alone."""
+    """A drive with what decides its stiffness alone; drives of all kinds have the same defaults."""
+    if drive.tag not in {*_SERVOS, *_MOTORS, "velocity"}:
+        return drive
     attributes = drive.attributes
-    read = {"class", "gear", *_DRIVEN, *_SERVOS[drive.tag]}
+    read = {"class", "gear", *_DRIVEN, *_SERVOS.get(drive.tag, ())}
     if attributes.get("biastype", "none") not in _AFFINE:
         read -= {"biastype"}
     kept = {key: text for key, text in attributes.items() if key in read}
-    return XmlElement(drive.tag, kept, drive.location, [])
+    tag = "motor" if drive.tag in _MOTORS else drive.tag
+    return XmlElement(tag, kept, drive.location, [])
 
 
 def _parts_not_read(root: XmlElement) -> dict[str, list[tuple[str, Location]]]:
@@ -375,7 +377,7 @@ def read_model(model: Any) -> CompiledModel:
         ],
         "drives of sites or bodies": [
             model.actuator(i).name or str(i)
-            for i in range(model.nu)
+            for i in range(len(model.actuator_trntype))
             if model.actuator_trntype[i] not in (*ON_JOINTS, _ON_TENDONS)
         ],
         "plugins": [str(i) for i in range(model.nplugin)],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -82,11 +83,11 @@ _SITE = 6  # mjOBJ_SITE
 
 
 def read_equalities(
-    model: CompiledModel, names: ElementNames, file: str
+    model: CompiledModel, names: ElementNames, drives: Mapping[int, float], file: str
 ) -> tuple[tuple[TreeLoop, ...], dict[str, Mimic]]:
     """Loops, and for each joint that follows another one how it does.
 
-    Constraints that are not active are left out.
+    Constraints that are not active are left out. A joint without a drive follows one that has one.
     """
     loops: list[TreeLoop] = []
     mimics: dict[str, Mimic] = {}
@@ -97,7 +98,16 @@ def read_equalities(
         if kind in _LOOPS:
             loops.append(_loop(model, names, i, name or f"{_LOOPS[kind]}{i + 1}", kind))
         elif kind == _JOINT:
-            follower, mimic = _joint(model, names, i, file)
+            follower, mimic = _joint(model, names, drives, i, file)
+            if follower in mimics:
+                raise FileError(
+                    Location(file),
+                    f"joint {follower!r}",
+                    got=Words(
+                        f"a joint that follows {mimics[follower].joint!r} and {mimic.joint!r}"
+                    ),
+                    expected="one joint that it follows; the other may follow it",
+                )
             mimics[follower] = mimic
         else:
             raise FileError(
@@ -127,7 +137,9 @@ def _loop(model: CompiledModel, names: ElementNames, i: int, name: str, kind: in
     return TreeLoop(name, links, frames, element)
 
 
-def _joint(model: CompiledModel, names: ElementNames, i: int, file: str) -> tuple[str, Mimic]:
+def _joint(
+    model: CompiledModel, names: ElementNames, drives: Mapping[int, float], i: int, file: str
+) -> tuple[str, Mimic]:
     """A joint that is a polynomial of another one, about their reference coordinates."""
     follower = int(model.eq_obj1id[i])
     leader = int(model.eq_obj2id[i])
@@ -142,8 +154,10 @@ def _joint(model: CompiledModel, names: ElementNames, i: int, file: str) -> tupl
     start = float(model.qpos0[model.jnt_qposadr[follower]])
     if leader < 0:  # held where it is
         return names.joints[follower], Mimic(names.joints[follower], 0.0, start + offset)
-    start -= factor * float(model.qpos0[model.jnt_qposadr[leader]])
-    return names.joints[follower], Mimic(names.joints[leader], factor, start + offset)
+    offset += start - factor * float(model.qpos0[model.jnt_qposadr[leader]])
+    if factor and follower in drives and leader not in drives:
+        follower, leader, factor, offset = leader, follower, 1 / factor, -offset / factor
+    return names.joints[follower], Mimic(names.joints[leader], factor, offset)
 
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)
@@ -193,8 +207,8 @@ def tree_of_mujoco(model: Any) -> RigidTree:
 
 def _tree(model: CompiledModel, source: Path | str) -> RigidTree:
     names = ElementNames(model)
-    loops, mimics = read_equalities(model, names, str(source))
     drives = _drives(model, names, str(source))
+    loops, mimics = read_equalities(model, names, drives, str(source))
     joints: list[TreeJoint] = []
     for body in range(1, len(model.bodies)):
         joints += _joints_of_body(model, names, body, mimics, drives, str(source))

@@ -212,7 +212,8 @@ class _Parser:
         hint = None
         before = self.tokens[self.position - 1] if self.position else None
         if before and before.kind in ("number", "name", ")") and token.kind in ("name", "("):
-            hint = f"for a product write {before.text}*{token.text}"
+            factor = "1 " * is_unit_word(token.text)
+            hint = f"for a product write {before.text}*{factor}{token.text}"
         return error_at(self.text, token.column, got, expected, hint)
 
 

@@ -78,21 +78,15 @@ def build_links(
             end, to = entry.to, places[entry.to]
         elif len(leading) == 1:
             end, to = leading[0]
-        elif leading:
-            names = listing([end for end, _ in leading])
-            raise place.error(
-                f"elastic link {name!r}",
-                got=Words(f"{len(leading)} places to which it leads: {names}"),
-                expected="to:, the name of one of them; what holds the others is its near end",
-            )
         else:
             got = "no joint, loop or tool point beyond it that is connected to the platform"
-            raise place.error(
-                f"elastic link {name!r}",
-                got=Words(got),
-                expected="a link between the base and the tool",
-                key=True,
-            )
+            expected = "a link between the base and the tool"
+            if leading:
+                names = listing([end for end, _ in leading])
+                got = f"{len(leading)} places to which it leads: {names}"
+                expected = "to:, the name of one of them; what holds the others is its near end"
+            subject = f"elastic link {name!r}"
+            raise place.error(subject, got=Words(got), expected=expected, key=not leading)
         joint = tree.into.get(name)
         start = np.zeros(3) if joint is None else joint.after.inverse.p + 0.0
         to = to - start
@@ -172,8 +166,7 @@ def drawn_links(tree: RigidTree, joints: Mapping[str, Joint | None]) -> dict[str
     """
     frames = {tree.root: Frame.identity()}
     waiting = [tree.root]
-    while waiting:
-        link = waiting.pop()
+    for link in waiting:  # which grows meanwhile
         for joint in tree.out_of.get(link, ()):
             start = frames[link] @ joint.before
             moving = joints.get(joint.name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import cached_property
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, Literal
 
 from annotated_types import MaxLen, MinLen
 from pydantic import AfterValidator, Field, Tag
@@ -36,7 +36,7 @@ from robostiff.io.model_file.place import (
     either,
     top_place,
 )
-from robostiff.io.rigid_tree.tree import JointType, Mimic, RigidTree, TreeJoint
+from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeJoint
 from robostiff.io.suggest import listing, shown, values
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
@@ -230,8 +230,7 @@ class DescribedTree:
         for key in written:
             if _WILD.isdisjoint(key):
                 check_known(place / key, key, "joint", names)
-        for key in written:
-            if key not in names and not any(fnmatchcase(name, key) for name in names):
+            elif key not in names and not any(fnmatchcase(name, key) for name in names):
                 raise (place / key).error(
                     "pattern for joints", got=key, expected=f"one that fits {listing(names, 30)}"
                 )
@@ -362,14 +361,22 @@ class DescribedTree:
         roles: dict[str, Role] = {}
         leaders: dict[str, tuple[str, float, float]] = {}
         couplings, tree = [], self.tree
+        by_name = {joint.name: joint for joint in tree.joints}
+        decided = by_name.keys() - self.undecided
         for joint in tree.joints:
             if joint.name not in self.undecided or joint.name not in loaded:
                 continue
             name = joint.name
-            root, factor, offset = _root(name, self.undecided, tree)
+            root, factor, offset = _followed(name, by_name, decided)
             if factor == 0:
                 roles[name] = Locked()
                 continue
+            if root not in decided:
+                raise tree.error(
+                    f"joint {name!r}",
+                    got=Words(f"a joint that follows {root!r}"),
+                    expected=f"one of {listing(list(by_name), 30)} that does not follow it in turn",
+                )
             if root not in leaders and root not in loaded:
                 leaders[root] = (name, factor, offset)
                 role = _driven_from(self.joints.get(root), factor, offset, name, tree)
@@ -384,19 +391,19 @@ class DescribedTree:
         return tuple(couplings), roles
 
 
-def _root(name: str, undecided: Collection[str], tree: RigidTree) -> tuple[str, float, float]:
-    """The joint that a mimic joint follows in the end: its name, factor and offset."""
-    by_name = {joint.name: joint for joint in tree.joints}
+def _followed(
+    name: str, by_name: Mapping[str, TreeJoint], ends: Collection[str]
+) -> tuple[str, float, float]:
+    """The joint that a joint follows in the end, one of `ends` at most: name, factor and offset.
+
+    The name is that of no joint, or of one passed before, where there is no end.
+    """
     passed, factor, offset = [name], 1.0, 0.0
-    while factor != 0 and passed[-1] in undecided:
-        mimic = cast("Mimic", by_name[passed[-1]].mimic)
+    while factor and passed[-1] not in ends and passed[-1] in by_name:
+        mimic = by_name[passed[-1]].mimic
+        if mimic is None or passed[-1] in passed[:-1]:
+            break
         factor, offset = factor * mimic.multiplier, offset + factor * mimic.offset
-        if factor != 0 and (mimic.joint not in by_name or mimic.joint in passed):
-            raise tree.error(
-                f"joint {name!r}",
-                got=Words(f"a joint that follows {mimic.joint!r}"),
-                expected="another joint, which does not follow it in turn",
-            )
         passed.append(mimic.joint)
     return passed[-1], factor, offset
 
@@ -429,22 +436,11 @@ def _home(
     joint: TreeJoint, coordinates: Mapping[str, tuple[float, ...]], by_name: Mapping[str, TreeJoint]
 ) -> tuple[float, ...]:
     """The given coordinates, those that follow from another joint, or those of the tree."""
-    factor, offset = 1.0, 0.0
-    passed = set()
-    while (
-        joint.name not in coordinates
-        and joint.mimic is not None
-        and joint.mimic.joint in by_name
-        and joint.name not in passed
-    ):
-        passed.add(joint.name)
-        factor, offset = factor * joint.mimic.multiplier, offset + factor * joint.mimic.offset
-        joint = by_name[joint.mimic.joint]
-    if joint.name in coordinates and not passed:
-        return coordinates[joint.name]
-    size = len(_DIMENSIONS.get(joint.type, (_TURN,)))
-    leader = coordinates.get(joint.name, (joint.home, *(0.0,) * (size - 1)))
-    return tuple(factor * value + offset for value in leader) if passed else leader
+    root, factor, offset = _followed(joint.name, by_name, coordinates)
+    leader = by_name.get(root, joint)
+    others = (0.0,) * (len(_DIMENSIONS.get(leader.type, (_TURN,))) - 1)
+    given = coordinates.get(root, (leader.home, *others))
+    return given if leader is joint else tuple(factor * value + offset for value in given)
 
 
 def _role(place: Place, entry: WrittenTreeJoint, joint: TreeJoint) -> Role:

@@ -50,6 +50,12 @@ class XmlElement:
     children: list[XmlElement]
     text: str = ""
 
+    @property
+    def place(self) -> tuple[str, Location]:
+        """Its name, or that of what it refers to, and where it is."""
+        name = self.attributes.get("name") or self.attributes.get("reference", "")
+        return name, self.location
+
     def error(self, subject: str, **words: Any) -> FileError:
         """An error at this element."""
         return FileError(self.location, subject, **words)
@@ -70,7 +76,7 @@ class XmlElement:
         if text is None:
             return np.array(otherwise, dtype=float)
         try:
-            numbers = np.array(text.split(), dtype=float)
+            numbers = np.array(text.replace("_", "?").split(), dtype=float)  # 1_0 is Python's alone
         except ValueError:
             numbers = np.zeros(0)
         size = len(otherwise)
@@ -87,8 +93,16 @@ class XmlElement:
         return child.numbers(f"{key} in the {tag} {of}", child.attributes.get(key), otherwise)
 
     def frame_at(self, tag: str, of: str) -> Frame:
-        """Frame of a child with xyz and rpy: a place, and turns about fixed axes."""
-        return frame_of(*(self.numbers_at(tag, key, np.zeros(3), of) for key in ("xyz", "rpy")))
+        """Frame of a child with xyz and rpy or quat_xyzw: a place, and turns about fixed axes."""
+        at, turn = (self.numbers_at(tag, key, np.zeros(3), of) for key in ("xyz", "rpy"))
+        child, key = self.one(tag), "quat_xyzw"
+        if child is None or key not in child.attributes:
+            return frame_of(at, turn)
+        quaternion = self.numbers_at(tag, key, np.zeros(4), of)
+        if "rpy" in child.attributes or not np.any(quaternion):
+            expected = "a quaternion, not zero, and no rpy beside it"
+            raise child.error(f"{key} in the {tag} {of}", got=child.attributes, expected=expected)
+        return Frame(Rotation.from_quat(quaternion).as_matrix(), at + 0.0)
 
 
 def frame_of(at: np.ndarray, turn: np.ndarray) -> Frame:

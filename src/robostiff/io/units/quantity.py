@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 from fractions import Fraction
@@ -376,6 +377,9 @@ def parse_quantities(
     [0.01, 20.0]
     """
     bounded(text)
+    if re.search(r"\d,\d", text) and re.search(r"[^\s,;]\s+[-+.\d]", text):  # 0,5 0,2: decimals?
+        expected = "decimals with a point, and commas or spaces between numbers, not both"
+        raise InputError(f"commas in {subject}", got=text, expected=expected)
     items: list[tuple[SIQuantity, str]] = []
     start = after_space(text, 0)
     while start < len(text):

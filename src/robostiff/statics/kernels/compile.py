@@ -130,12 +130,8 @@ def compile_loaded(
     True
     """
     if not isinstance(robot, Robot):
-        raise InputError(
-            "robot to compile under load",
-            got=type(robot).__name__,
-            expected="a Robot",
-            hint='write compile_loaded(load("hexapod"))',
-        )
+        subject, hint = "robot to compile under load", 'write compile_loaded(load("hexapod"))'
+        raise InputError(subject, got=type(robot).__name__, expected="a Robot", hint=hint)
     robot.check_platform_is_rigid("kernel under load")
     with_laws = robot.drives_with_laws
     with_symbols = parameters and any(True for _ in formulas(robot.springs))
@@ -145,12 +141,9 @@ def compile_loaded(
         (with_laws, laws, "constant stiffnesses"),
     ):
         if refused:
-            raise InputError(
-                f"kernel under load of {robot.name!r}",
-                got=got,
-                expected=expected,
-                hint="equilibrium takes them, pose by pose",
-            )
+            subject = f"kernel under load of {robot.name!r}"
+            hint = "equilibrium takes them, pose by pose"
+            raise InputError(subject, got=got, expected=expected, hint=hint)
     code = code_of(backend)
 
     def chosen(program: Program) -> MachineCode | ArrayCode:

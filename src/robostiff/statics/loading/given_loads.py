@@ -244,7 +244,9 @@ def given_masses(
     for name, value in masses.items():
         subject, expected = f"mass of {name!r}", "more than zero [kg], or a Mass"
         for one in (
-            value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
+            value
+            if isinstance(value, Sequence) and not isinstance(value, str | bytes)
+            else (value,)
         ):
             mass = as_float(subject, one.value if isinstance(one, Mass) else one, expected, "kg")
             if not (np.isfinite(mass) and mass > 0):
