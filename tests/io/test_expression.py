@@ -207,31 +207,6 @@ def test_noise_is_computed_or_refused(text):
 # --- parameters -----------------------------------------------------------------------------------
 
 
-def test_parameters_in_any_order():
-    parameters = parameter_values(
-        {"L": "2*h", "h": "R*sqrt(3)/2", "R": "300 mm", "n": 3, "nu": 0.3}
-    )
-    assert list(parameters) == ["L", "h", "R", "n", "nu"]
-    assert parameters["L"].magnitude == pytest.approx(0.3 * math.sqrt(3))
-    assert parse("L/h").evaluate(parameters).magnitude == pytest.approx(2)
-    assert parse("n*R").evaluate(parameters).magnitude == pytest.approx(0.9)
-
-
 def test_long_chains_of_parameters():
     definitions = {f"p{i}": f"p{i - 1} + 1" for i in range(3000, 0, -1)} | {"p0": "0"}
     assert parameter_values(definitions)["p3000"].magnitude == 3000
-
-
-def test_overrides_reach_what_depends_on_them():
-    definitions = {"h": "2*R", "R": "300 mm", "phi": "10 deg", "n": 3}
-    assert parameter_values(definitions, {"R": "0.5 m"})["h"].magnitude == 1
-    assert parameter_values(definitions, {"R": 0.5})["h"].magnitude == 1
-    assert (
-        parse("R + 10 mm").evaluate(parameter_values(definitions, {"R": "0.5"})).magnitude == 0.51
-    )
-    assert parameter_values(definitions, {"h": "3*R"})["h"].magnitude == pytest.approx(0.9)
-    assert (
-        parse("phi").evaluate(parameter_values(definitions, {"phi": "0.1"})).units
-        == parse("1 rad").evaluate({}).units
-    )
-    assert parameter_values(definitions, {"n": "2 m"})["n"].magnitude == 2
