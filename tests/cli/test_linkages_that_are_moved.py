@@ -43,15 +43,6 @@ def test_a_report_has_the_coordinates_of_all_joints(tmp_path, low):
     np.testing.assert_allclose(contents.stiffness.K, rs.stiffness(low).K)
 
 
-def test_a_report_on_a_linkage_at_home_has_its_source_and_coordinates(tmp_path):
-    path = tmp_path / "home.html"
-    assert run("report", PANTOGRAPH, "-o", str(path)).exit_code == 0
-    html = path.read_text(encoding="utf-8")
-    assert "At home: status" in html
-    assert "<dd>Bars and drive of Shaker and Klimchik" in html
-    assert html.count("left knee</th>") == 2  # its coordinate, and the joint
-
-
 def test_the_sliders_of_a_view_begin_there():
     machine = machine_of(rs.load_linkage(PANTOGRAPH), {"screw": -0.05})
     (screw,) = machine.sliders
