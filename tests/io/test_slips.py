@@ -30,8 +30,7 @@ from tests.io import (
     test_dh_tables,
     test_exact_expression,
     test_expression,
-    test_masses_in_model_files,
-    test_masses_in_snapshots,
+    test_masses,
     test_model_file_errors,
     test_parallel_blocks,
     test_plausibility,
@@ -101,7 +100,7 @@ def program(text: str, robot: str = "hexapod") -> Any:
 
 
 def heavy(*masses: dict[str, Any]) -> Any:
-    return snapshot(json.dumps(test_masses_in_snapshots.crane(masses=masses)))
+    return snapshot(json.dumps(test_masses.crane(masses=masses)))
 
 
 def measured(text: str) -> Any:
@@ -134,7 +133,7 @@ READERS: dict[str, Callable[..., Any]] = {
     ),
     "table of Denavit and Hartenberg": partial(model, test_dh_tables.ARM),
     "coordinates of an arm": lambda own: test_coordinates_of_arms.scara(f"coordinates: [{own}]"),
-    "masses": partial(model, test_masses_in_model_files.MODEL),
+    "masses": partial(model, test_masses.MODEL),
     "springs and laws": partial(model, test_springs_and_laws.LAWS),
     "parallel block": partial(model, test_parallel_blocks.PARALLEL),
     "parallelogram": partial(model, test_parallel_blocks.PARALLELOGRAM),
