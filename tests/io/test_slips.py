@@ -34,7 +34,6 @@ from tests.io import (
     test_model_file_errors,
     test_parallel_blocks,
     test_plausibility,
-    test_sizes,
     test_snapshot_errors,
     test_springs_and_laws,
     test_units,
@@ -129,7 +128,7 @@ READERS: dict[str, Callable[..., Any]] = {
     ),
     "planar model file": partial(model, test_model_file_errors.PLANAR),
     "values of parameters": partial(
-        model_from_document, parse_document(test_sizes.ARM, "arm.yaml")
+        model_from_document, parse_document(test_model_file_errors.ARM, "arm.yaml")
     ),
     "table of Denavit and Hartenberg": partial(model, test_dh_tables.ARM),
     "coordinates of an arm": lambda own: test_coordinates_of_arms.scara(f"coordinates: [{own}]"),
