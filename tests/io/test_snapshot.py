@@ -145,16 +145,16 @@ def test_what_is_written_is_read_as_the_same_robot(made):
             np.testing.assert_array_equal(other.end, leg.end)
             kept = [own for own in leg.parts if not is_rigid(own)]
             for one, two in zip(kept, other.parts, strict=True):
-                assert type(one) is type(two)
+                np.testing.assert_array_equal(two.point, one.point)
                 if isinstance(one, PlacedFreedom):
+                    assert isinstance(two, PlacedFreedom)
                     np.testing.assert_allclose(two.axis, one.axis, atol=1e-15)
                     assert (one.is_passive, one.stiffness) == (two.is_passive, two.stiffness)
                     assert (one.pitch is None) == (two.pitch is None)
                     assert (one.pitch or 0) == pytest.approx(two.pitch or 0, rel=1e-15)
                 else:
-                    np.testing.assert_array_equal(two.point, one.point)
-                    if isinstance(one, PlacedSpring):
-                        same_spring(one, two)
+                    assert isinstance(two, PlacedSpring)
+                    same_spring(one, two)
         if made != "mixed":  # whose digits are judged in tests/campaign/ways.py
             same_stiffness(given, again)
     assert all("without compliance" in own or "free and rigid" in own for own in said)
