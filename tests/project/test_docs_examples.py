@@ -3,12 +3,10 @@
 import doctest
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-import robostiff as rs
 from tests.project.shown_output import (
     DOCUMENTS,
     ROOT,
@@ -22,22 +20,6 @@ _PYCON = re.compile(r"^```pycon\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE | doctest.IGNORE_EXCEPTION_DETAIL
 
 WITH_EXAMPLES = [path for path in DOCUMENTS if "```pycon" in path.read_text(encoding="utf-8")]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def identified_once():
-    """Four documents identify the arm of one campaign: the same answer for each."""
-    identify, known = rs.identify, {}
-
-    def identify_once(robot: Any, campaign: Any, parameters: Any, **options: Any) -> Any:
-        key = robot.name, campaign.values.tobytes(), tuple(parameters), repr(options)
-        if key not in known:
-            known[key] = identify(robot, campaign, parameters, **options)
-        return known[key]
-
-    with pytest.MonkeyPatch.context() as changed:
-        changed.setattr(rs, "identify", identify_once)
-        yield
 
 
 @pytest.mark.parametrize("document", WITH_EXAMPLES, ids=lambda path: path.name)
