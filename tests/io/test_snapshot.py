@@ -168,7 +168,7 @@ def same_spring(one: PlacedSpring, two: PlacedSpring) -> None:
     if not one.elasticity.freedoms.size:
         C, other = one.elasticity.compliance, two.elasticity.compliance
         size = np.sqrt(np.diagonal(C))
-        assert np.all(np.abs(C - other) <= 1e-11 * np.outer(size, size))
+        assert np.all(np.abs(C - other) <= 1e-12 * np.outer(size, size))
 
 
 def is_rigid(own: PlacedElement) -> bool:
