@@ -23,7 +23,7 @@ from tests.generators.kernel_robots import thin_legs
 
 # Closed forms, closure by iteration, a block in a leg, free motions, a plane, arms by joints.
 ROBOTS = ["hexapod", "3-puu", "3-rps", "delta", "gough-stewart-a", "3-rpr", "six-joint-arm"]
-COUNT = 25
+COUNT = 40
 
 
 @pytest.fixture
@@ -95,24 +95,58 @@ def assert_same(one: Any, other: Any) -> None:
 def test_both_ways_say_the_same(name, spread, recorded_at_once):
     """Also near singular poses, out of reach and beyond limits; and one pose as a row of many."""
     robot: Any = rs.load(name)
-    pose = posed(robot, 40, spread)
+    pose = posed(robot, COUNT, spread)
     found, expected = rs.stiffness(robot, pose), direct_stiffness(robot, pose)
     assert "_kept robostiff.analysis.posed_stiffness.record_of" in vars(robot)
-    np.testing.assert_array_equal(found.status_codes, expected.status_codes)
-    np.testing.assert_array_equal(found.rank, expected.rank)
-    np.testing.assert_array_equal(found.answered, expected.answered)
+    for part in ("status_codes", "rank", "answered"):
+        np.testing.assert_array_equal(getattr(found, part), getattr(expected, part))
     known = found.answered
     assert known.any()
     assert_same(found[known].K, expected[known].K)
-    for i in range(0, 40, 3):
+    for i in range(0, COUNT, 3):
         one = rs.stiffness(robot, row_of(pose, i))
         for alone in (one, *([] if i % 7 else [direct_stiffness(robot, row_of(pose, i))])):
             assert (alone.status, int(alone.rank)) == (found[i].status, int(found[i].rank))
             assert alone.advice == found[i].advice
         if one.status.has_stiffness:
-            assert_same(one.K, found[i].K)
-            assert_same(one.reference_point, found[i].reference_point)
-            assert_same(one.pose, found[i].pose)
+            for part in ("K", "reference_point", "pose"):
+                assert_same(getattr(one, part), getattr(found[i], part))
+    check_questions(robot, pose)
+
+
+def check_questions(robot: Any, pose: Any) -> None:
+    """Compliance, deflection and indices by the record are those of the direct form."""
+    n, d, at = robot.space.size, robot.space.translations, np.full(3, 0.1)
+    at = at * [1, 1, n == 6]
+    expected = direct_stiffness(robot, pose, at)
+    C = np.ma.asarray(rs.compliance(robot, pose, at=at))
+    np.testing.assert_array_equal(~np.ma.getmaskarray(C)[..., 0, 0], expected.has_compliance)
+    for i in np.flatnonzero(expected.has_compliance):
+        assert_same(C.data[i], expected[i].compliance)
+    F = 100 * np.random.default_rng(1).uniform(-1, 1, (COUNT, n))
+    bent, alone = rs.deflection(robot, pose, F, at=at), Deflection(F, expected)
+    np.testing.assert_array_equal(bent.status_codes, alone.status_codes)
+    np.testing.assert_array_equal(bent.answered, alone.answered)
+    for i in np.flatnonzero(bent.answered):
+        assert_same(bent.twist.data[i], alone.twist.data[i])
+        assert np.isclose(bent.energy[i], alone.energy[i], rtol=1e-9)
+    found, by_one = rs.indices(robot, pose, at=at, length=0.3), rs.indices(expected, length=0.3)
+    every = [
+        (found.principal_stiffness[..., :d], lambda one: one.principal.translational),
+        (found.principal_stiffness[..., d:], lambda one: one.principal.rotational),
+        (found.collinear_stiffness[..., :d], lambda one: one.collinear.translational),
+        (found.collinear_stiffness[..., d:], lambda one: one.collinear.rotational),
+        (found.worst_deflection, lambda one: one.worst_deflection.translational),
+        (found.anisotropy[..., 0], lambda one: one.anisotropy.translational),
+        (found.anisotropy[..., 1], lambda one: one.anisotropy.rotational),
+        (found.condition_number, lambda one: one.condition.two_norm),
+    ]
+    for i in range(0, COUNT, 3):
+        for values, index in every:
+            value = index(by_one[i]) if expected.answered[i] else None
+            assert np.ma.getmaskarray(values)[i].all() == (value is None)
+            if value is not None:
+                np.testing.assert_allclose(values[i], value, rtol=1e-8)
 
 
 def test_one_pose_by_the_record_is_read_as_any_other(recorded_at_once):
@@ -130,6 +164,12 @@ def test_one_pose_by_the_record_is_read_as_any_other(recorded_at_once):
         rs.stiffness(robot, [0, 0, 0.9, 0, 0, 30])
 
 
+OTHER_PARTS = (
+    *("pose", "reference_point", "origin", "length", "joint_coordinates", "has_compliance"),
+    *("compliance", "redundant_joints", "leg_stiffness", "space"),
+)
+
+
 @pytest.mark.parametrize("name", ROBOTS)
 def test_what_else_a_result_holds_is_that_of_the_direct_form(name, recorded_at_once):
     robot: Any = rs.load(name)
@@ -140,66 +180,19 @@ def test_what_else_a_result_holds_is_that_of_the_direct_form(name, recorded_at_o
         (some[2], direct_stiffness(robot, row_of(pose, 3))),
         (rs.stiffness(robot, row_of(pose, 2)), direct_stiffness(robot, row_of(pose, 2))),
     ):
-        for attribute in (
-            "pose",
-            "reference_point",
-            "origin",
-            "length",
-            "joint_coordinates",
-            "has_compliance",
-            "compliance",
-            "redundant_joints",
-            "leg_stiffness",
-            "space",
-        ):
-            assert_same(getattr(found, attribute), getattr(expected, attribute))
         one, other = found.details(), expected.details()
         assert_same(one, other)
-        for attribute in ("legs", "passive_joint_names"):
-            assert_same(getattr(one, attribute), getattr(other, attribute))
-    for attribute in ("free_motions", "rigid_directions", "decision"):
+        for a, b, parts in (
+            (found, expected, OTHER_PARTS),
+            (one, other, ("legs", "passive_joint_names")),
+        ):
+            for part in parts:
+                assert_same(getattr(a, part), getattr(b, part))
+    for part in ("free_motions", "rigid_directions", "decision"):
         one, other = some[0], direct_stiffness(robot, row_of(pose, 1))
-        assert_same(getattr(one, attribute), getattr(other, attribute))
+        assert_same(getattr(one, part), getattr(other, part))
     with pytest.raises(AttributeError, match="stiffnesses"):
         _ = some.stiffnesses
-
-
-@pytest.mark.parametrize(("name", "spread"), [("hexapod", 0.05), *((name, 0.6) for name in ROBOTS)])
-def test_questions_by_the_record_say_what_the_direct_form_says(name, spread, recorded_at_once):
-    """Compliance, deflection and indices, at regular poses and at those near singular ones."""
-    robot: Any = rs.load(name)
-    pose = posed(robot, COUNT, spread)
-    n, at = robot.space.size, np.full(3, 0.1) * [1, 1, robot.space.size == 6]
-    expected = direct_stiffness(robot, pose, at)
-    C = np.ma.asarray(rs.compliance(robot, pose, at=at))
-    np.testing.assert_array_equal(~np.ma.getmaskarray(C)[..., 0, 0], expected.has_compliance)
-    for i in np.flatnonzero(expected.has_compliance):
-        assert_same(C.data[i], expected[i].compliance)
-    F = 100 * np.random.default_rng(1).uniform(-1, 1, (COUNT, n))
-    bent, alone = rs.deflection(robot, pose, F, at=at), Deflection(F, expected)
-    np.testing.assert_array_equal(bent.status_codes, alone.status_codes)
-    np.testing.assert_array_equal(bent.answered, alone.answered)
-    for i in np.flatnonzero(bent.answered):
-        assert_same(bent.twist.data[i], alone.twist.data[i])
-        assert np.isclose(bent.energy[i], alone.energy[i], rtol=1e-9)
-    found, by_one = rs.indices(robot, pose, at=at, length=0.3), rs.indices(expected, length=0.3)
-    d = robot.space.translations
-    every = [
-        (found.principal_stiffness[..., :d], lambda one: one.principal.translational),
-        (found.principal_stiffness[..., d:], lambda one: one.principal.rotational),
-        (found.collinear_stiffness[..., :d], lambda one: one.collinear.translational),
-        (found.collinear_stiffness[..., d:], lambda one: one.collinear.rotational),
-        (found.worst_deflection, lambda one: one.worst_deflection.translational),
-        (found.anisotropy[..., 0], lambda one: one.anisotropy.translational),
-        (found.anisotropy[..., 1], lambda one: one.anisotropy.rotational),
-        (found.condition_number, lambda one: one.condition.two_norm),
-    ]
-    for i in range(0, COUNT, 3):
-        for values, index in every:
-            value = index(by_one[i]) if expected.answered[i] else None
-            assert np.ma.getmaskarray(values)[i].all() == (value is None)
-            if value is not None:
-                np.testing.assert_allclose(values[i], value, rtol=1e-8)
 
 
 def test_questions_of_regular_poses_need_no_direct_form(recorded_at_once, asked_of_direct_form):
@@ -312,15 +305,12 @@ def test_a_point_and_a_shape_of_the_batch(recorded_at_once):
     assert_same(again.details().legs, found.details().legs)
 
 
-@pytest.mark.parametrize("ask", [rs.stiffness, direct_stiffness])
-def test_no_pose_is_an_empty_batch(ask, recorded_at_once):
-    found = ask(rs.load("hexapod"), np.empty((0, 6)))
-    assert found.K.shape == found.required_compliance().shape == (0, 6, 6)
-    assert found.batch_shape == (0,)
-
-
-def test_of_no_pose_there_are_no_deflections_and_indices():
+def test_of_no_pose_there_is_an_empty_batch_of_each_answer(recorded_at_once):
     robot, none = rs.load("hexapod"), np.empty((0, 6))
+    for ask in (rs.stiffness, direct_stiffness):
+        found = ask(robot, none)
+        assert found.K.shape == found.required_compliance().shape == (0, 6, 6)
+        assert found.batch_shape == (0,)
     assert rs.deflection(robot, none, np.ones(6)).twist.shape == (0, 6)
     assert rs.indices(robot, none).condition_number.shape == (0,)
 

@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import robostiff as rs
+from robostiff.cli.main import app
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics.pose import pose_of_end
@@ -249,3 +251,31 @@ def test_a_pose_that_is_reached_in_another_working_mode_only_says_so(kind: str):
     assert far.status == Status.UNREACHABLE
     assert not any("working mode" in sentence for sentence in far.advice)
     assert 0 < refused < 30
+
+
+def test_near_chooses_the_posture_of_every_question(tmp_path):
+    robot = rs.load("3-rrr")
+    pose = [0.02, 0.01, 0.1]
+    own, *others = rs.postures(robot, pose)["leg1"]
+    q = [leg[0] for leg in rs.find_posture(robot, pose).coordinates]
+    near = [others[0].coordinates, *q[1:]]
+    K, plain = rs.stiffness(robot, pose, near=near).K, rs.stiffness(robot, pose).K
+    assert own.of_home
+    assert not np.allclose(K, plain, rtol=1e-3)
+    assert np.array_equal(rs.indices(robot, pose, near=near).result.K, K)
+    assert np.array_equal(rs.verify(robot, pose, near=near).reference.K, K)
+    assert rs.verify(robot, pose, near=near).agree
+    C = rs.compliance(robot, [pose, pose], near=near)
+    np.testing.assert_allclose(C @ K, np.tile(np.eye(3), (2, 1, 1)), atol=1e-9)
+    bent = rs.deflection(robot, [pose], [10, 0, 0], near=near)
+    np.testing.assert_allclose(bent.twist[0], 10 * C[0, :, 0], rtol=1e-9)
+    words = ["--pose", " ".join(map(str, pose)), "--near", " ".join(map(str, np.concatenate(near)))]
+    smallest = rs.indices(robot, pose, near=near).collinear.smallest
+    shown = CliRunner().invoke(app, ["indices", "3-rrr", *words, "--json"])
+    assert shown.exit_code == 0
+    assert f"{smallest:.9g}"[:8] in shown.stdout
+    assert CliRunner().invoke(app, ["verify", "3-rrr", *words]).exit_code == 0
+    page = tmp_path / "page.html"
+    command = ["report", "3-rrr", "-o", str(page), *words]
+    assert CliRunner().invoke(app, command).exit_code == 0
+    assert page.exists()

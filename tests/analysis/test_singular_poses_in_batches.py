@@ -1,6 +1,6 @@
-"""Poses that have no answer, planted among good ones: every question answers the others.
+"""Many poses, those without an answer among good ones: every question answers as for each alone.
 
-The good poses must give what they give alone; the others a status, and no number in place of one.
+The good poses give the numbers that they give alone; the others a status, and no number.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ ARRAYS = rs.Backend.ARRAYS
 #: K has full rank there by its geometry, and no digit of its inverse holds.
 LOST = [0.05, 0.02, 0.8, 0, 0, np.pi / 2 - 1e-8]
 HALF = np.pi / 2
+ILL = int(rs.Status.ILL_CONDITIONED)
 
 
 def batch(name: str) -> tuple[rs.Robot, Any]:
@@ -62,7 +63,7 @@ def batch(name: str) -> tuple[rs.Robot, Any]:
 
 NAMES = (
     "hexapod of beams", "meeting legs", "flat struts", "rigid cranks", "drives only",
-    "3-rrr", "3-rps", "planar-link",
+    "3-rrr", "3-rps", "planar-link", "3-rpr", "six-joint-arm", "delta",
 )  # fmt: skip
 
 
@@ -95,8 +96,54 @@ def test_compliance(name: str):
         if not known[i]:
             with pytest.raises(NoAnswerError, match=r"no (stiffness|compliance) matrix"):
                 rs.compliance(robot, part(pose, i), at=at)
-        elif not result.status_codes[i] & int(rs.Status.ILL_CONDITIONED):
+        elif not result.status_codes[i] & ILL:
             assert same(np.ma.getdata(found)[i], rs.compliance(robot, part(pose, i), at=at), 1e-9)
+
+
+@pytest.mark.parametrize("one_load", [True, False])
+@pytest.mark.parametrize("name", NAMES)
+def test_deflections(name: str, one_load: bool):
+    """Under one load and a load a pose, about a point each."""
+    robot, pose = batch(name)
+    random, count, n = np.random.default_rng(2), count_of(pose), robot.space.size
+    loads = 100 * random.uniform(-1, 1, (count, n))
+    loads[-1] = np.eye(n)[min(n - 1, 2)]  # along z, and in the plane a moment
+    loads = np.tile(loads[-1], (count, 1)) if one_load else loads
+    at = random.uniform(-0.2, 0.2, (count, 3)) * [1, 1, n == 6]
+    found = rs.deflection(robot, pose, loads[0] if one_load else loads, at=at)
+    for i, F in enumerate(loads):
+        alone = rs.deflection(robot, part(pose, i), F, at=at[i])
+        assert found.status_codes[i] == int(alone.status)
+        assert found.answered[i] == alone.has_answer
+        assert bool(found.twist.mask[i].any()) == (not alone.has_answer)
+        assert found[i].advice == alone.advice
+        if not alone.has_answer or alone.status & rs.Status.ILL_CONDITIONED:
+            continue
+        assert same(found.twist[i], alone.twist, 1e-9)
+        assert np.isclose(found.energy[i], alone.energy, rtol=1e-9)
+        for own, expected in zip(found.leg_wrenches, alone.leg_wrenches, strict=True):
+            np.testing.assert_allclose(own[i], expected, rtol=1e-8, atol=1e-7)
+        energies = {(one.leg, one.part): one.energy for one in alone.parts}
+        size = max(energies.values(), default=0.0)
+        assert {(one.leg, one.part): one.energy for one in found[i].parts} == pytest.approx(
+            energies, rel=1e-9, abs=1e-9 * size
+        )
+    assert found.status == rs.Status(int(np.bitwise_or.reduce(found.status_codes)))
+    # Numbers are missing where a status says why, and nowhere else.
+    bad = rs.Status.UNREACHABLE | rs.Status.UNBALANCED
+    np.testing.assert_array_equal(found.answered, (found.status_codes & int(bad)) == 0)
+    some = found[found.answered]
+    assert len(some) == np.count_nonzero(found.answered) == len(list(some))
+    assert not np.ma.getmaskarray(some.twist).any()
+
+
+def test_deflections_over_a_grid_have_its_shape():
+    robot: Any = rs.load("gough-stewart-b")
+    poses = np.tile([0, 0, 0.8, 0, 0, 0], (2, 3, 1)) + np.linspace(0, 0.05, 6).reshape(2, 3, 1)
+    found = rs.deflection(robot, poses, [0, 0, -100, 0, 0, 0])
+    assert (found.twist.shape, found.energy.shape) == ((2, 3, 6), (2, 3))
+    assert (found.status_codes.shape, found[1].twist.shape) == ((2, 3), (3, 6))
+    assert np.array_equal(found[1, 2].twist, found.twist[1, 2])
 
 
 def outputs_of(robot: rs.Robot) -> list:
@@ -126,7 +173,7 @@ def test_outputs_of_kernels(name: str):
             assert np.array_equal(known, result.answered)
         batched = values_of(output, result)[0].reshape(values.shape)
         assert np.array_equal(np.isfinite(batched).all(-1), known)
-        plain = known & ((result.status_codes & int(rs.Status.ILL_CONDITIONED)) == 0)
+        plain = known & ((result.status_codes & ILL) == 0)
         for i in np.flatnonzero(plain):
             assert same(values[i], batched[i], 1e-7), (output.name, i)
 
@@ -182,18 +229,37 @@ def test_every_shipped_robot_has_indices_without_nan(name: str):
 @pytest.mark.parametrize("name", NAMES)
 def test_indices(name: str):
     robot, pose = batch(name)
-    result = rs.stiffness(robot, pose)
-    found = list(rs.indices(result))
-    assert [one is not None for one in found] == result.answered.tolist()
-    for one, own in zip(found, (result[i] for i in range(len(found))), strict=True):
+    result, found = rs.stiffness(robot, pose), rs.indices(robot, pose, length=0.2)
+    assert len(found[found.answered]) == np.count_nonzero(found.answered)
+    smallest = found.each(lambda one: one.collinear.smallest)
+    worst = found.each(lambda one: one.worst_deflection.translational)
+    for i, one in enumerate(found):
+        assert (one is not None) == result.answered[i]
         if one is None:
-            with pytest.raises(NoAnswerError, match="no stiffness matrix"):
-                rs.indices(own)
+            assert found.status_codes[i] & int(rs.Status.UNREACHABLE | rs.Status.RIGID_DIRECTION)
+            assert smallest.mask[i]
+            for ask in (lambda i=i: found[i], lambda i=i: rs.indices(robot, part(pose, i))):
+                with pytest.raises(NoAnswerError, match="no stiffness matrix"):
+                    ask()
             continue
         assert all(np.isfinite(number).all() for number in floats_of(one))
         C = one.worst_deflection.translational
-        if own.status is rs.Status.OK:
-            assert C is not None
+        assert C is not None or result[i].status is not rs.Status.OK
+        alone = rs.indices(robot, part(pose, i), length=0.2)
+        assert (one.status, one.length) == (alone.status, 0.2)
+        if not one.status & rs.Status.ILL_CONDITIONED:
+            assert np.isclose(smallest[i], alone.collinear.smallest, rtol=1e-9)
+            missing = alone.worst_deflection.translational is None
+            assert bool(np.ma.getmaskarray(worst)[i]) == missing
+
+
+def test_indices_need_no_inverse_of_k(monkeypatch):
+    """Where the wrenches of the legs give the compliance."""
+    result = rs.stiffness(rs.load("gough-stewart-b"))
+    expected = np.linalg.inv(result.K)
+    monkeypatch.setattr(np.linalg, "inv", lambda *_: pytest.fail("K is inverted"))
+    worst = np.linalg.eigvalsh(expected[:3, :3])[-1]
+    assert np.isclose(rs.indices(result).worst_deflection.translational, worst, rtol=1e-9)
 
 
 def test_indices_where_no_digit_of_the_compliance_holds():

@@ -8,7 +8,7 @@ import pytest
 import robostiff as rs
 from robostiff import Block, IndexRules, NoAnswerError, SaddlePoint, Status, compliance, stiffness
 from robostiff.kinematics import find_posture
-from robostiff.model import Chain, Joint, Locked
+from robostiff.model import Actuated, Chain, Joint, Locked
 from robostiff.spatial import move_compliance, move_stiffness
 from tests.generators.chains import FreeChain, random_beam, random_joint, snapshot_of
 from tests.generators.machines import case_b, elbow_arm, five_bar
@@ -155,3 +155,49 @@ def test_a_snapshot_has_its_own_pose():
     result = stiffness(snapshot)
     assert result.pose is None
     assert int(result.rank) == 5
+
+
+HEXAPOD = rs.load("hexapod")
+TILTED = [0.06, 0.02, 0.9, 0, 0.1, 0]
+
+
+def test_read_only_and_broadcast_poses_are_fine():
+    poses = np.broadcast_to(TILTED, (4, 6))
+    np.testing.assert_allclose(rs.stiffness(HEXAPOD, poses).K[3], rs.stiffness(HEXAPOD, TILTED).K)
+
+
+def test_results_show_themselves_in_a_line():
+    result = rs.stiffness(HEXAPOD, TILTED)
+    assert repr(result).startswith("<Stiffness of 'hexapod' about (0.06, 0.02, 0.9) m, rank 6")
+    assert "2 poses, 2 with a matrix" in repr(rs.stiffness(HEXAPOD, [TILTED, TILTED]))
+    assert "status ok" in repr(rs.deflection(HEXAPOD, TILTED, [1, 0, 0, 0, 0, 0]))
+
+
+def test_a_far_reference_point_changes_no_rank_and_no_status():
+    robot = rs.load("gough-stewart-b-beams")
+    assert isinstance(robot, rs.Robot)
+    near = rs.stiffness(robot)
+    for away in (1e2, 1e4, 1e6):
+        far = rs.stiffness(replace(robot, reference_point=np.array([away, 0, 0])))
+        assert str(far.status) == "ok"
+        assert int(far.rank) == 6
+        np.testing.assert_allclose(far.K[:3, :3], near.K[:3, :3], rtol=1e-9, atol=1e-3)
+
+
+def test_free_motions_described_from_far_away_are_the_same():
+    robot = rs.load("gough-stewart-a")
+    words = [str(motion) for motion in rs.stiffness(robot, at=[0, 0, 1e8]).free_motions]
+    assert words == [f"rotation about {axis} through (0, 0, 2) m" for axis in "xyz"]
+
+
+def test_stiffnesses_too_far_apart_are_said_to_be():
+    robot = rs.load("gough-stewart-b")
+    assert isinstance(robot, rs.Robot)
+    chain = robot.legs[0].chain
+    stiff = tuple(
+        replace(e, role=Actuated(1e24)) if e.name == "actuator" and isinstance(e, Joint) else e
+        for e in chain.elements
+    )
+    leg = replace(robot.legs[0], chain=replace(chain, elements=stiff))
+    result = rs.stiffness(replace(robot, legs=(leg, *robot.legs[1:])))
+    assert "ill-conditioned" in str(result.status)

@@ -1,5 +1,6 @@
 """Formulas of the paper and of other robots, for several tests."""
 
+import math
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -35,8 +36,34 @@ def _derived(name, pose):
 
 
 def in_numbers(formula: Any, values: Any) -> np.ndarray:
-    """The matrix of a formula, at any of its levels, at values of its symbols."""
-    return np.array(formula.substituted(values), dtype=float)
+    """The matrix of a formula, at any of its levels, at values of its symbols.
+
+    Computed in floats, one step after the other: `substituted`, which has tests of its own, takes
+    seconds for that.
+    """
+    known: dict[Any, float] = {}
+    given = {str(symbol): float(value) for symbol, value in values.items()}
+
+    def number(x: Any) -> float:
+        if x not in known:
+            if x.is_Symbol:
+                known[x] = given[x.name]
+            elif not x.args:
+                known[x] = float(x)
+            else:
+                known[x] = _FUNCTIONS.get(x.func, x.func)(*map(number, x.args))
+        return known[x]
+
+    for definition in formula.definitions:
+        known[definition.symbol] = number(definition.expression)
+    return np.array([[float(number(x)) for x in row] for row in formula.K.tolist()])
+
+
+_FUNCTIONS: dict[Any, Any] = {
+    **{sp.Add: lambda *terms: sum(terms), sp.Mul: lambda *factors: math.prod(factors)},
+    **{sp.Pow: pow, sp.sin: math.sin, sp.cos: math.cos, sp.tan: math.tan, sp.Abs: abs},
+    **{sp.atan2: math.atan2, sp.atan: math.atan, sp.acos: math.acos, sp.asin: math.asin},
+}
 
 
 def stewart(phi, psi, length):

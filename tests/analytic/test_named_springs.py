@@ -12,6 +12,7 @@ from robostiff.analytic.export import derivation_text, python_function
 from robostiff.analytic.placement.agreement import closed_places, matrix_distance
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.errors import InputError
+from tests.files import FILES
 
 DATA = Path(__file__).parent / "data"
 # Names that formulas take are lengths here.
@@ -110,11 +111,12 @@ def test_a_robot_of_numbers_stays_one():
 
 
 def test_an_arm_of_several_links_is_in_steps_unless_a_closed_form_is_asked_for():
-    derivation = rs.derive("two-link-arm")
+    arm = FILES / "2r-beams.yaml"
+    derivation = rs.derive(arm)
     assert not derivation.is_closed
     assert derivation.in_series is not None
-    assert derivation_text(derivation) == derivation_text(rs.derive("two-link-arm", form=Steps()))
-    assert rs.derive("two-link-arm", form=Closed()).is_closed
+    assert derivation_text(derivation) == derivation_text(rs.derive(arm, form=Steps()))
+    assert rs.derive(arm, form=Closed()).is_closed
     assert rs.derive("planar-link").is_closed
 
 

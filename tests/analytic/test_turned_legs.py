@@ -78,12 +78,12 @@ def test_legs_that_differ_in_the_tenth_digit_or_in_their_working_mode_are_no_tur
 
 def test_legs_that_are_alike_at_the_values_of_the_model_alone_are_no_turns(monkeypatch):
     monkeypatch.setattr(agreement, "_SPREADS", (0.0,))
-    robot = rs.load("3-rrr", symbols=ALL)
+    robot = rs.load("gough-stewart-b", symbols=ALL)
     R, other = sp.Symbol("R", positive=True), sp.Symbol("other", positive=True)
-    first, second, third = robot.legs
+    first, second, *others = robot.legs
     base = replace(second.base, p=np.array([sp.sympify(x).subs(R, other) for x in second.base.p]))
     nominal = {**robot.nominal, "other": robot.nominal["R"]}
-    robot = replace(robot, legs=(first, replace(second, base=base), third), nominal=nominal)
+    robot = replace(robot, legs=(first, replace(second, base=base), *others), nominal=nominal)
     assert other in rs.derive(robot).K.free_symbols
 
 

@@ -1,7 +1,8 @@
-"""Twenty robots at a pose, against stiffness matrices from 60-digit arithmetic."""
+"""Robots at a pose, by their placed parts and as model files, against 60-digit arithmetic."""
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ from tests.cases.reference_case import (
     leg_stiffness,
     robot_stiffness,
 )
+from tests.files import FILES
+from tests.network.frames import GRAPHS
 
 FORMS: tuple[Form, ...] = (rs.WrenchBasis(), rs.SaddlePoint(), rs.Block(), rs.Recursive())
 
@@ -107,3 +110,26 @@ def test_millimetres_change_nothing(name):
         assert result_mm.redundant.tolist() == result.redundant.tolist()
         if result.status.has_stiffness:
             assert distance(in_metres(result_mm.K), given.K, given.size) < REACHED
+
+
+def oracle(name: str) -> dict:
+    return json.loads((GRAPHS / f"{name}.json").read_text())["oracle"]
+
+
+def test_parallelogram():
+    expected = oracle("h_parallelogram_square")
+    robot = rs.load(FILES / "parallelogram-of-tubes.yaml")
+    result = rs.stiffness(robot)
+    assert distance(result.K, np.array(expected["K"])) < expected["suggested_rtol"]
+    assert int(result.rank) == expected["rank"]
+    assert [str(motion) for motion in result.free_motions] == ["translation along z"]
+
+
+def test_orthoglide_through_inverse_kinematics():
+    """The shipped robot has the dimensions of the case."""
+    expected = oracle("h_orthoglide_pose0")
+    result = rs.stiffness(rs.load("orthoglide"), [0.0, 0.0, 0.0])
+    assert distance(result.K, np.array(expected["K"])) < expected["suggested_rtol"]
+    assert int(result.rank) == expected["rank"]
+    C = np.array(expected["compliance"])
+    assert distance(result.required_compliance(), C, 1.0) < expected["suggested_rtol"]

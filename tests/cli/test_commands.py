@@ -1,12 +1,16 @@
 """Every shipped robot by a command, and the command in a process of its own."""
 
 import json
+import re
 import subprocess
 import sys
 
+import click
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from robostiff.cli.main import app
 from robostiff.markup import in_words, page_html
 from robostiff.page import robots_page
 from robostiff.robots import describe, shipped_cable_robots, shipped_linkages, shipped_robots
@@ -50,3 +54,30 @@ def test_the_installed_command_runs_in_a_process_of_its_own():
     outcome = subprocess.run(command, capture_output=True, text=True, check=False)
     assert outcome.returncode == 0
     assert "rank 6 of 6" in outcome.stdout
+
+
+def shown(*arguments: str, color: bool = True) -> str:
+    return CliRunner().invoke(app, [*arguments], color=color).stdout
+
+
+def test_status_and_advice_stand_out():
+    text = shown("stiffness", "gough-stewart-a")
+    assert click.style("status: free-motions", bold=True) in text
+    assert click.style("advice: the platform can move", fg="yellow")[:-4] in text
+    assert click.style("status: ok", fg="green") in shown("stiffness", "hexapod")
+
+
+def test_lines_are_those_of_a_file_and_matrices_fit_eighty_columns():
+    load = ("--wrench", "200 N 0 -500 0 10 0")
+    there = ("stiffness", "3-puu", "--pose", "0.08 0.05 0.25")
+    for words in (there, ("deflection", "hexapod", *load)):
+        plain = shown(*words, color=False)
+        assert click.unstyle(shown(*words)) == plain
+        assert max(len(line) for line in plain.splitlines() if "  " in line) <= 80
+
+
+def test_the_load_of_an_actuator_has_the_unit_of_its_coordinate():
+    slides = shown("deflection", "hexapod", "--wrench", "0 0 -500 N 0 0 0", color=False)
+    assert re.search(r"^leg1/strut +\S+ N  ", slides, re.MULTILINE)
+    turns = shown("deflection", "six-joint-arm", "--wrench", "0 0 -50 N 0 0 0", color=False)
+    assert re.search(r"^arm/joint2 +\S+ N m  ", turns, re.MULTILINE)

@@ -1,10 +1,14 @@
-"""Pictures and reports of a linkage at joint coordinates."""
+"""Pictures, maps and reports of a linkage at joint coordinates, and of the posture of --near."""
 
 import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.cli import pictures
 from robostiff.errors import NoAnswerError
+from robostiff.io.map_files import read_map
+from robostiff.model import PlacedFreedom
+from robostiff.plot.picture import Path, Scene
 from robostiff.report import report_contents
 from robostiff_view import machine_of
 from tests.cli.running import Running
@@ -43,15 +47,6 @@ def test_a_report_has_the_coordinates_of_all_joints(tmp_path, low):
     np.testing.assert_allclose(contents.stiffness.K, rs.stiffness(low).K)
 
 
-def test_a_report_on_a_linkage_at_home_has_its_source_and_coordinates(tmp_path):
-    path = tmp_path / "home.html"
-    assert run("report", PANTOGRAPH, "-o", str(path)).exit_code == 0
-    html = path.read_text(encoding="utf-8")
-    assert "At home: status" in html
-    assert "<dd>Bars and drive of Shaker and Klimchik" in html
-    assert html.count("left knee</th>") == 2  # its coordinate, and the joint
-
-
 def test_the_sliders_of_a_view_begin_there():
     machine = machine_of(rs.load_linkage(PANTOGRAPH), {"screw": -0.05})
     (screw,) = machine.sliders
@@ -64,3 +59,48 @@ def test_out_of_reach_is_no_answer(tmp_path):
     outcome = run("equilibrium", PANTOGRAPH, "--joints", "screw=-5", *LOAD)
     assert outcome.exit_code == 1
     assert "do not close" in outcome.stderr
+
+
+@pytest.mark.parametrize("what", ["robot", "ellipsoids", "deflection"])
+def test_near_chooses_the_posture_that_is_drawn(what, tmp_path, monkeypatch):
+    robot, pose = rs.load("3-rrr"), [0.02, 0.01, 0.1]
+    other = [own[-1].coordinates for own in rs.postures(robot, pose).values()]
+    words = " ".join(f"{value:.17g}" for q in other for value in q)
+    drawn: list[Scene] = []
+    monkeypatch.setattr(pictures, "draw", lambda picture, *_: drawn.append(picture))
+    load = ["--wrench", "100 20 3"] if what == "deflection" else []
+    command = ["plot", "3-rrr", "--what", what, "--pose", "0.02 0.01 0.1", *load]
+    for more in ([], ["--near", words]):
+        run(*command, *more, "-o", str(tmp_path / "robot.png"))
+    posed = rs.find_posture(robot, pose, near=other).snapshot.one(0)
+    factor = 1e3 if "mm" in drawn[0].axes[0] else 1.0
+    joints = [part for leg in posed.legs for part in leg.elements]
+    elbows = factor * np.array([part.point for part in joints if isinstance(part, PlacedFreedom)])
+    home, near = (
+        [item.points for item in picture.items if isinstance(item, Path)] for picture in drawn
+    )
+    size = np.ptp(elbows, axis=0).max()
+
+    def missed(lines):
+        points = np.concatenate(lines)
+        apart = np.linalg.norm(elbows[:, None, :2] - points[None, :, :2], axis=-1)
+        return apart.min(axis=1).max() / size
+
+    assert missed(near) < 1e-9
+    assert missed(home) > 1e-2
+
+
+def test_near_of_a_map(tmp_path):
+    robot, grid = rs.load("3-rrr"), rs.Grid(x=rs.Axis(-0.02, 0.02, 2), rz=rs.Axis(0.05, 0.1, 2))
+    other = [own[-1].coordinates for own in rs.postures(robot, [0.0, 0.0, 0.07]).values()]
+    words = " ".join(f"{value:.17g}" for q in other for value in q)
+    command = ["map", "3-rrr", "--x", "-0.02 0.02 2", "--rz", "0.05 0.1 2", "--near"]
+    ending = ["--quantity", "stiffness", "-o"]
+    found = tmp_path / "near.zarr"
+    result = run(*command, words, *ending, str(found))
+    assert result.exit_code == 0, result.output
+    expected = rs.stiffness_map(robot, grid, [rs.Quantity.STIFFNESS], near=other)
+    with read_map(found) as stored:
+        assert np.allclose(stored.K, expected.K, rtol=1e-9)
+    home = rs.stiffness_map(robot, grid, [rs.Quantity.STIFFNESS])
+    assert np.abs(expected.K - home.K).max() > 1e-3 * np.abs(home.K).max()

@@ -1,6 +1,7 @@
-"""Tables of Denavit and Hartenberg in model files."""
+"""Arms in model files: tables of Denavit and Hartenberg, and coordinates that pose an arm."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 import robostiff as rs
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
-from tests.files import text_of
+from robostiff.model import ALL_COORDINATES
+from tests.files import FILES, text_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ur5-dh.yaml"
 
@@ -85,3 +87,39 @@ def test_published_arm_in_ten_lines_is_that_of_its_urdf(tmp_path):
         np.testing.assert_allclose(half @ own.pose[:3], other.pose[:3], atol=1e-12)
         C, expected = rs.compliance(table, at), rs.compliance(described, at)
         np.testing.assert_allclose(both @ C @ both, expected, rtol=1e-9, atol=1e-15)
+
+
+SCARA = """\
+robostiff: 1
+name: scara
+source: a test
+home: {{at: [0.3, 0.3, 0]}}
+{chosen}
+legs:
+  - name: arm
+    chain:
+      - {{type: revolute, axis: z, role: actuated, stiffness: 1e5 N m/rad}}
+      - {{type: beam, to: [0.3, 0, 0], material: steel, section: {{circle: {{diameter: 20 mm}}}}}}
+      - {{type: revolute, axis: z, role: actuated, stiffness: 1e5 N m/rad}}
+      - {{type: beam, to: [0, 0.3, 0], material: steel, section: {{circle: {{diameter: 20 mm}}}}}}
+      - {{type: prismatic, axis: z, role: actuated, stiffness: 1e7 N/m}}
+"""
+
+
+def scara(chosen: str = "") -> Any:
+    return read(SCARA.format(chosen=chosen))
+
+
+@pytest.mark.parametrize("chosen", ["", "coordinates: [x, y, z]"])
+def test_they_are_as_many_as_its_freedoms(chosen):
+    robot = scara(chosen)
+    names = [coordinate.value for coordinate in robot.coordinates]
+    assert names == (["x", "y", "z"] if chosen else ["y", "z", "rz"])
+    values = np.array([[0.3, 0.29, 0.01, 0, 0, 0.1]])[:, robot.coordinate_places]
+    K = rs.stiffness(robot, values).K
+    by_kernel = rs.compile(robot).evaluate(values).values["K"]
+    np.testing.assert_allclose(by_kernel, K, rtol=1e-9, atol=1e-9 * np.max(K))
+
+
+def test_all_of_them_pose_an_arm_whose_home_is_singular():
+    assert rs.load(FILES / "wrist.yaml").coordinates == ALL_COORDINATES

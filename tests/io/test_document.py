@@ -29,39 +29,11 @@ def refusal(text, file="robot.yaml", **kwargs):
 # --- what is read ---------------------------------------------------------------------------------
 
 
-def test_yaml_gives_plain_data():
-    assert parse_document(ROBOT).data == {
-        "robostiff": 1,
-        "parameters": {"R": "300 mm", "phi": "10 deg"},
-        "legs": [
-            {
-                "name": "left",
-                "chain": [
-                    {"joint": "revolute", "axis": [0, 0, 1]},
-                    {"link": "beam", "length": "2*R"},
-                ],
-            },
-            {"name": "right", "chain": []},
-        ],
-        "note": "two\nlines\n",
-    }
-
-
-def test_nan_is_left_to_a_later_layer():
-    assert math.isnan(parse_document("a: .nan").data["a"])
-    assert math.isnan(parse_document('{"a": NaN}').data["a"])
-    assert parse_document('{"a": -Infinity}').data["a"] == -math.inf
-
-
 def test_integers_beyond_the_machine_become_floats():
     digits = "1" * 5000
     assert parse_document(f"a: {digits}").data["a"] == math.inf
     assert parse_document(f'{{"a": {digits}}}').data["a"] == math.inf
     assert parse_document(f"a: 1{'0' * 30}").data["a"] == 1e30
-
-
-def test_flow_mapping_is_yaml_although_it_begins_like_json():
-    assert parse_document("{R: 300 mm, k: [1, 2]}").data == {"R": "300 mm", "k": [1, 2]}
 
 
 def test_windows_files_bom_and_other_alphabets(tmp_path):

@@ -24,7 +24,7 @@ from robostiff.elasticity import (
 )
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
-from robostiff.model import Actuated, Elbow, JointKind, Link, Locked, Passive, Rigid, Telescope
+from robostiff.model import Elbow, Link
 from robostiff.spatial import Space
 from tests.files import FILES, text_of
 
@@ -56,69 +56,6 @@ def chain_of(*elements: str) -> Any:
 
 def first_of(*elements: str) -> Any:
     return chain_of(*elements)[0]
-
-
-# --- joints ---
-
-
-def test_joints_of_every_kind():
-    joints = chain_of(
-        "{type: revolute, axis: z, role: actuated, stiffness: k, limits: [-90 deg, 1.5]}",
-        "{type: prismatic, axis: [0, 3, 4], role: locked, stiffness: 1e8 N/m, home: 20 mm}",
-        "{type: universal, axes: [x, -y], role: passive, home: [10 deg, phi]}",
-        "{type: spherical, role: passive, home: [0, 0, 0.5]}",
-        "{type: cylindrical, axis: x, role: passive, home: [L, phi]}",
-        "{type: planar, normal: z, role: actuated}",
-    )
-    kinds = [joint.kind for joint in joints[:-1]]
-    assert kinds == [JointKind[name.upper()] for name in (
-        "revolute", "prismatic", "universal", "spherical", "cylindrical", "planar"
-    )]  # fmt: skip
-    assert joints[0].role == Actuated(1e5, (-np.pi / 2, 1.5))
-    assert joints[1].role == Locked(1e8)
-    np.testing.assert_allclose(joints[1].freedoms[0].axis, [0, 0.6, 0.8])
-    assert joints[1].home == (0.02,)
-    assert joints[2].role == Passive()
-    np.testing.assert_allclose(joints[2].home, np.radians([10, 30]))
-    np.testing.assert_array_equal(joints[2].freedoms[1].axis, [0, -1, 0])
-    np.testing.assert_allclose(joints[4].home, [0.3, np.pi / 6])
-    assert joints[5].role == Actuated(None, None)
-
-
-def test_default_names_count_each_type():
-    names = [
-        element.name
-        for element in chain_of(
-            "{type: revolute, axis: z, role: passive}",
-            "{type: rigid, to: [L, 0, 0]}",
-            "{type: revolute, axis: z, role: passive, name: revolute2}",
-            "{type: revolute, axis: z, role: passive}",
-        )
-    ]
-    assert names == ["revolute1", "rigid1", "revolute2", "revolute3", "beam1"]
-
-
-# --- frames ---
-
-
-@pytest.mark.parametrize(
-    ("written", "expected"),
-    [
-        ("turn: [{z: 90 deg}, {x: 30 deg}]", Rotation.from_euler("ZX", [90, 30], degrees=True)),
-        ("rotation_vector: [0, 0, phi]", Rotation.from_rotvec([0, 0, np.pi / 6])),
-        ("matrix: [[0, -1, 0], [1, 0, 0], [0, 0, 1]]", Rotation.from_rotvec([0, 0, np.pi / 2])),
-        ("axes: {x: y, z: z}", Rotation.from_rotvec([0, 0, np.pi / 2])),
-        ("axes: {y: [0, 0, 2], x: [cos(phi), sin(phi), 0]}",
-         Rotation.from_euler("ZX", [30, 90], degrees=True)),
-        ("axes: {z: x, y: y}", Rotation.from_rotvec([0, np.pi / 2, 0])),
-    ],
-)  # fmt: skip
-def test_rotations(written, expected):
-    rigid = first_of(f"{{type: rigid, to: [0, L, 0], {written}}}")
-    assert isinstance(rigid, Rigid)
-    np.testing.assert_allclose(rigid.transform.p, [0, 0.3, 0])
-    found = rigid.transform.R
-    np.testing.assert_allclose(found, expected.as_matrix(), atol=1e-15)
 
 
 # --- what is elastic ---
@@ -195,17 +132,6 @@ def test_taper():
     )
 
 
-def test_spring_by_its_diagonal_and_by_its_matrix():
-    diagonal = first_of(
-        "{type: spring, stiffness: [1e7, 1e7 N/m, 4 kN/mm, 2e4, 2e4 N m/rad, 2e4 N m]}"
-    )
-    rows = np.diag([1e7, 1e7, 4e6, 2e4, 2e4, 2e4]).tolist()
-    full = first_of(f"{{type: spring, stiffness: {rows}}}")
-    expected = np.diag([1e-7, 1e-7, 2.5e-7, 5e-5, 5e-5, 5e-5])
-    np.testing.assert_allclose(diagonal.elasticity.compliance, expected, rtol=1e-14)
-    np.testing.assert_allclose(full.elasticity.compliance, expected, rtol=1e-14)
-
-
 def test_spring_measured_elsewhere():
     K = np.diag([1e7, 2e7, 3e7, 2e4, 3e4, 4e4])
     spring = first_of(
@@ -226,30 +152,6 @@ def test_free_direction_of_a_spring_is_a_passive_joint():
         for first, second in ((HINGE, spring), (HINGE, f"{joint}\n      - {stiff}"))
     )
     np.testing.assert_allclose(free, both, rtol=1e-9, atol=1e-3)
-
-
-def test_link_in_its_own_axes():
-    link = first_of(
-        "{type: link, to: [L, 0, 0], compliance: [1/(1e7 N/m), 2e-7, 3e-7, 0, 0, 0], "
-        "turn: [{x: 90 deg}]}"
-    )
-    np.testing.assert_allclose(link.to, [0.3, 0, 0])
-    np.testing.assert_allclose(np.diag(link.elasticity.compliance), [1e-7, 2e-7, 3e-7, 0, 0, 0])
-    np.testing.assert_allclose(link.axes[:, 1], [0, 0, 1], atol=1e-15)
-
-
-def test_telescope():
-    telescope = first_of(
-        "{type: telescope, direction: [0, 0, 1 m], role: actuated, stiffness: 1e8 N/m, home: L, "
-        "limits: [100 mm, 2*L], beams: [{fixed: 500 mm, share: 0, material: steel, section: "
-        "{circle: {diameter: 50 mm}}}, {share: 1, material: steel, section: {circle: {diameter: "
-        "30 mm}}, theory: timoshenko}]}"
-    )
-    assert isinstance(telescope, Telescope)
-    assert telescope.role == Actuated(1e8, (0.1, 0.6))
-    assert (telescope.home, telescope.fixed_length) == (0.3, 0.5)
-    assert [beam.share for beam in telescope.beams] == [0, 1]
-    np.testing.assert_array_equal(telescope.axes[:, 0], [0, 0, 1])
 
 
 # --- legs and robots ---

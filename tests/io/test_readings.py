@@ -1,20 +1,25 @@
-"""What is read of expressions, quantities, scalars and places is on file in ``readings.txt``.
+"""What is read of expressions, quantities, scalars, places and parts is in ``readings.txt``.
 
 A line there is what is read. ``python -m tests.io.test_readings`` writes the values anew.
 """
 
+import json
 from ast import literal_eval
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from robostiff.io.document import parse_document
-from robostiff.io.expression import exact_mathematics, parse
+from robostiff.io.expression import exact_mathematics, parameter_values, parse
+from robostiff.io.snapshot import snapshot_from_document
 from robostiff.io.units import Dimension, parse_quantities, parse_quantity, to_si
 from tests.files import text_of
-from tests.io import test_exact_expression, test_expression, test_units
+from tests.io import test_expression, test_model_file, test_units
 from tests.said import indented, now, on_file, write
 
 PAGE = Path(__file__).parent / "readings.txt"
@@ -28,7 +33,7 @@ def value(text: str) -> str:
 
 
 def exact(text: str) -> str:
-    environment = test_exact_expression.ENVIRONMENT
+    environment = test_expression.IN_SYMBOLS
     return str(parse(text).evaluate(environment, exact_mathematics()).magnitude)
 
 
@@ -55,10 +60,59 @@ def quantity(kind: str) -> Callable[[str], str]:
     return lambda text: f"{to_si(text, Dimension[kind]):.12g}"
 
 
+def parameters(text: str) -> str:
+    found = parameter_values(*literal_eval(f"({text},)"))
+    return "\n".join(f"{name} = {own.magnitude:.12g}, {own}" for name, own in found.items())
+
+
+def described(own: Any) -> str:
+    """A part of a machine: all that it says of itself, but what is empty."""
+    if isinstance(own, np.ndarray):
+        near = np.where(np.abs(own) < 1e-13 * np.max(np.abs(own), initial=0), 0, own) + 0.0
+        if own.ndim < 2:
+            return " ".join(f"{x:.10g}" for x in near)
+        diagonal = np.diag(near)
+        if np.array_equal(near, np.diag(diagonal)):
+            return f"diagonal {described(diagonal)}"
+        return ", ".join(map(described, near))
+    if isinstance(own, tuple):
+        return "; ".join(map(described, own))
+    if is_dataclass(own):
+        return f"{type(own).__name__}({', '.join(parts_of(own))})"
+    if isinstance(own, Enum):
+        return own.name.lower()
+    return f"{own:.10g}" if isinstance(own, float) else str(own)
+
+
+def parts_of(own: Any) -> Iterator[str]:
+    for field in fields(own):
+        value = getattr(own, field.name)
+        if value is not None and not (isinstance(value, tuple | np.ndarray) and not np.size(value)):
+            yield f"{field.name} {described(value)}"
+
+
+def elements_of_a_leg(text: str) -> str:
+    """Those before the beam at the end."""
+    return "\n".join(map(described, test_model_file.chain_of(*text.split("  ;  "))[:-1]))
+
+
+def elements_of_a_snapshot(text: str) -> str:
+    chain = [*literal_eval(f"({text},)")]
+    leg = {"name": "leg", "end": [0.5, 0, 0], "chain": chain}
+    data = {"name": "arm", "reference_point": [0.5, 0.1, 0], "legs": [leg]}
+    (own,) = snapshot_from_document(parse_document(json.dumps(data), file="arm.json")).legs
+    return "\n".join(map(described, own.elements))
+
+
 READERS: dict[str, Callable[[str], str]] = {
     "expression": value,
     "exact expression": exact,
     "scalar of YAML": scalar,
+    "YAML": lambda text: repr(parse_document(literal_eval(text)).data),
+    "file in YAML": lambda name: repr(parse_document(text_of(name)).data),
+    "parameters": parameters,
+    "element of a leg": elements_of_a_leg,
+    "element of a snapshot": elements_of_a_snapshot,
     "places in YAML": place(YAML),
     "places in JSON": place(JSON),
     "pose": several(test_units.POSE, test_units.POSE_NAMES),

@@ -26,16 +26,12 @@ from robostiff.robots import robot_file
 from tests.cables import test_cable_files
 from tests.identification import test_measurement_files
 from tests.io import (
-    test_coordinates_of_arms,
     test_dh_tables,
-    test_exact_expression,
     test_expression,
-    test_masses_in_model_files,
-    test_masses_in_snapshots,
+    test_masses,
     test_model_file_errors,
     test_parallel_blocks,
     test_plausibility,
-    test_sizes,
     test_snapshot_errors,
     test_springs_and_laws,
     test_units,
@@ -101,7 +97,7 @@ def program(text: str, robot: str = "hexapod") -> Any:
 
 
 def heavy(*masses: dict[str, Any]) -> Any:
-    return snapshot(json.dumps(test_masses_in_snapshots.crane(masses=masses)))
+    return snapshot(json.dumps(test_masses.crane(masses=masses)))
 
 
 def measured(text: str) -> Any:
@@ -130,11 +126,11 @@ READERS: dict[str, Callable[..., Any]] = {
     ),
     "planar model file": partial(model, test_model_file_errors.PLANAR),
     "values of parameters": partial(
-        model_from_document, parse_document(test_sizes.ARM, "arm.yaml")
+        model_from_document, parse_document(test_model_file_errors.ARM, "arm.yaml")
     ),
     "table of Denavit and Hartenberg": partial(model, test_dh_tables.ARM),
-    "coordinates of an arm": lambda own: test_coordinates_of_arms.scara(f"coordinates: [{own}]"),
-    "masses": partial(model, test_masses_in_model_files.MODEL),
+    "coordinates of an arm": lambda own: test_dh_tables.scara(f"coordinates: [{own}]"),
+    "masses": partial(model, test_masses.MODEL),
     "springs and laws": partial(model, test_springs_and_laws.LAWS),
     "parallel block": partial(model, test_parallel_blocks.PARALLEL),
     "parallelogram": partial(model, test_parallel_blocks.PARALLELOGRAM),
@@ -159,7 +155,7 @@ READERS: dict[str, Callable[..., Any]] = {
     "JSON": lambda text: parse_document(text, "robot.json"),
     "expression": lambda text: parse(text).evaluate(test_expression.ENVIRONMENT),
     "exact expression": lambda text: parse(text).evaluate(
-        test_exact_expression.ENVIRONMENT, exact_mathematics()
+        test_expression.IN_SYMBOLS, exact_mathematics()
     ),
     "parameters": parameter_values,
     "quantity": lambda own, name: to_si(own, Dimension[name]),

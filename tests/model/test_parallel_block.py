@@ -1,4 +1,4 @@
-"""Blocks inside chains: coordinates, the main path, and what is refused."""
+"""Blocks inside chains: coordinates, the main path, names of parts, and what is refused."""
 
 import numpy as np
 import pytest
@@ -63,3 +63,26 @@ def test_a_leg_with_a_block_asks_for_the_pose_of_home():
     leg = rs.Leg("arm", Frame.identity(), nested(), Frame.identity())
     with pytest.raises(rs.InputError, match="joint coordinates alone could leave its loops open"):
         rs.Robot("arm", (leg,))
+
+
+HERE = rs.Frame(np.eye(3), np.zeros(3))
+
+
+def rod(name: str) -> rs.Link:
+    return rs.beam_link([0, 0, 0.5], rs.material("steel"), rs.circle(0.02), name=name)
+
+
+def machine(other: str) -> rs.Robot:
+    """A leg with a block of two rods, and a leg that is called as the block is."""
+    branches = tuple(Branch(name, HERE, rs.Chain((rod("rod"),)), HERE) for name in ("one", "two"))
+    legs = (
+        rs.Leg("leg", HERE, rs.Chain((ParallelBlock(branches, name="block"),)), HERE),
+        rs.Leg("leg/block", HERE, rs.Chain((rod(other),)), HERE),
+    )
+    return rs.Robot("machine", legs, rs.Frame(np.eye(3), np.array([0, 0, 0.5])))
+
+
+def test_legs_and_blocks_with_a_slash_in_their_names():
+    assert len(machine("rod").legs) == 2
+    with pytest.raises(rs.InputError, match=r"leg/block/one/rod.*each name once"):
+        machine("one/rod")

@@ -65,45 +65,52 @@ def test_modules_do_not_hide_functions_of_their_names():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_import_is_light():
-    assert loaded_by("import robostiff") & HEAVY == set()
+#: One after the other in one process: what is loaded by them, and by those before, is no more.
+LOADED = {
+    "": set(),
+    "--help": {"click"},
+    "robots": {"click", "yaml"},
+    "stiffness hexapod": (small := {"click", "numpy", "pydantic", "yaml"}),
+    "stiffness gough-stewart-a --json": small,
+    "deflection hexapod --wrench 100,0,0,0,0,0": small,
+    "equilibrium hexapod --wrench 100,0,0,0,0,0": small,
+    "check 3-rpr": small | {"rich"},
+    "indices hexapod": small | {"rich"},
+}
+COMMANDS = """
+import contextlib, io, sys
+import robostiff
+for words in {commands}:
+    if words:
+        sys.argv = ["robostiff", *words.split()]
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
+            from robostiff.cli.main import main; main()
+    print(*sys.modules)
+"""
 
 
-def test_help_is_light():
-    assert loaded_by(called("--help")) & HEAVY <= {"click"}
-
-
-@pytest.mark.parametrize(
-    ("command", "needed"),
-    [
-        ("robots", {"yaml"}),
-        ("stiffness gough-stewart-a --json", {"numpy", "pydantic", "yaml"}),
-        ("check 3-rpr", {"numpy", "pydantic", "yaml", "rich"}),
-        ("indices hexapod", {"numpy", "pydantic", "yaml", "rich"}),
-        ("deflection hexapod --wrench 100,0,0,0,0,0", {"numpy", "pydantic", "yaml"}),
-        ("equilibrium hexapod --wrench 100,0,0,0,0,0", {"numpy", "pydantic", "yaml"}),
-    ],
-)
-def test_commands_load_what_they_use(command: str, needed: set[str]):
-    assert loaded_by(called(command)) & HEAVY <= {"click", *needed}
+def test_commands_load_what_they_use():
+    program = [sys.executable, "-c", COMMANDS.format(commands=list(LOADED))]
+    printed = subprocess.run(program, check=True, capture_output=True, text=True).stdout
+    lines = dict(zip(LOADED, map(set, map(str.split, printed.splitlines())), strict=True))
+    for command, needed in LOADED.items():
+        assert lines[command] & HEAVY <= needed, command
+    page = lines["stiffness hexapod"]
+    others = {"cables", "compensation", "compiled", "linkage", "network", "recorded", "statics"}
+    assert not {f"robostiff.{name}" for name in others} & page
+    assert {"robostiff.kinematics", "robostiff.page"} <= page
 
 
 def test_one_matrix_of_a_robot_of_legs_loads_no_other_kinds_of_robots():
-    loaded = loaded_by("import robostiff as rs; rs.stiffness(rs.load('hexapod')).K")
+    code = "import sys, robostiff as rs; rs.stiffness(rs.load('hexapod')).K; print(*sys.modules)"
+    program = [sys.executable, "-c", code]
+    loaded = set(subprocess.run(program, check=True, capture_output=True, text=True).stdout.split())
     others = {
         *("model.cable", "io.model_file.cables", "network.network", "linkage.linkage"),
         *("kinematics.formula", "kinematics.postures"),
     }
     assert not {f"robostiff.{name}" for name in others} & loaded
     assert "robostiff.model.robot" in loaded
-
-
-def test_a_page_of_stiffness_loads_no_other_questions():
-    loaded = loaded_by(called("stiffness hexapod"))
-    assert loaded & HEAVY <= {"click", "numpy", "pydantic", "yaml"}
-    others = {"cables", "compensation", "compiled", "linkage", "network", "recorded", "statics"}
-    assert not {f"robostiff.{name}" for name in others} & loaded
-    assert {"robostiff.kinematics", "robostiff.page"} <= loaded
 
 
 def test_a_package_and_its_names_are_in_step():
@@ -115,22 +122,3 @@ def test_a_package_and_its_names_are_in_step():
         assert set(module.__all__) <= set(dir(module))
         with pytest.raises(AttributeError, match="no attribute 'stifness'"):
             _ = module.stifness
-
-
-def called(command: str) -> str:
-    """A program that runs the command."""
-    return (
-        "import contextlib, io, sys\n"
-        f"sys.argv = ['robostiff', *{command.split()}]\n"
-        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
-        "    from robostiff.cli.main import main; main()"
-    )
-
-
-def loaded_by(code: str) -> set[str]:
-    """Modules that a fresh interpreter has loaded after the code."""
-    code += "\nimport sys; print(*sys.modules)"
-    finished = subprocess.run(
-        [sys.executable, "-c", code], check=True, capture_output=True, text=True
-    )
-    return set(finished.stdout.split())

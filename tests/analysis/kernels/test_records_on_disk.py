@@ -111,15 +111,6 @@ def test_the_cache_can_be_off_and_outputs_of_others_are_not_kept(cache, monkeypa
     assert not cache.exists()
 
 
-def _shorter(path):
-    path.write_bytes(path.read_bytes()[:-20])
-
-
-def _other_number(path):
-    content = path.read_bytes()
-    path.write_bytes(content.replace(b"\n[3, ", b"\n[2, "))
-
-
 def _with_another_record(path):
     """A whole file of another program, with a checksum that agrees."""
     body = json.dumps({"rank": 2}).encode()
@@ -133,39 +124,30 @@ def _of_other_outputs(path):
     compiled_stiffness.RecordFile(path).write(parts)
 
 
-def _of_other_kinds(path):
-    compiled_stiffness.RecordFile(path).write((3, 4, 5, [6, 7], (), None))
-
-
-def _nothing(path):
-    path.write_bytes(b"")
-
-
-def _writable_for_others(path):
-    path.chmod(0o666)
-
-
-def _folder_writable_for_others(path):
-    path.parent.chmod(0o777)
-
-
 def _link(path):
     other = path.parent.parent / "other"
     path.rename(other)
     path.symlink_to(other)
 
 
-@pytest.mark.parametrize(
-    "harm",
-    [
-        *(_shorter, _other_number, _with_another_record, _nothing),
-        *(_of_other_outputs, _of_other_kinds),
-        *(
-            pytest.param(own, marks=pytest.mark.skipif(os.name == "nt", reason="POSIX"))
-            for own in (_writable_for_others, _folder_writable_for_others, _link)
-        ),
-    ],
-)
+HARM = {
+    "shorter": lambda path: path.write_bytes(path.read_bytes()[:-20]),
+    "another number": lambda path: path.write_bytes(
+        path.read_bytes().replace(b"\n[3, ", b"\n[2, ")
+    ),
+    "another record": _with_another_record,
+    "nothing": lambda path: path.write_bytes(b""),
+    "other outputs": _of_other_outputs,
+    "other kinds": lambda path: compiled_stiffness.RecordFile(path).write(
+        (3, 4, 5, [6, 7], (), None)
+    ),
+}
+if os.name != "nt":
+    HARM |= {"writable for others": lambda path: path.chmod(0o666)}
+    HARM |= {"folder writable for others": lambda path: path.parent.chmod(0o777), "link": _link}
+
+
+@pytest.mark.parametrize("harm", HARM.values(), ids=HARM)
 def test_what_is_damaged_or_of_others_is_recorded_again(harm, cache, monkeypatch):
     robot, made = model("3-rpr"), []
     first = compiled(robot)

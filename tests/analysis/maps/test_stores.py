@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -162,55 +163,49 @@ def test_robots_are_recognised_and_distinguished():
     assert plain(copy.deepcopy(robot)) == plain(robot)
 
 
-OTHERS = {
-    "robot": {"robot": loaded("3-rpr-beams")},
-    "poses": {"poses": RandomPoses(30_000, {"x": (-0.05, 0.05), "rz": (-0.2, 0.2)}, seed=2)},
-    "quantities": {"quantities": [Quantity.INDICES]},
-    "selection": {"where": lambda pose: pose["x"] > 0},
+SMALL: dict[str, Any] = {
+    "robot": loaded("3-rpr"),
+    "poses": Grid(x=Axis(0, 0.1, 2), y=Axis(0, 0.2, 2)),
+}
+SMALL["method"] = rs.Batched()
+#: What is asked for first, where it is something else, and then; and what is said.
+OTHERS: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
+    "robot": ({}, {"robot": loaded("3-rpr-beams")}, "other .*robot"),
+    "poses": ({}, {"poses": Grid(x=Axis(0, 0.1, 3))}, "other .*poses"),
+    "order of axes": (
+        {},
+        {"poses": Grid(y=Axis(0, 0.2, 2), x=Axis(0, 0.1, 2))},
+        r"axes\[0\]: x, now y",
+    ),
+    "quantities": ({}, {"quantities": [Quantity.INDICES]}, "other .*quantities"),
+    "selection": ({}, {"where": lambda pose: pose["x"] > 0}, "other .*selection"),
+    "last digit": (
+        {"robot": loaded("gough-stewart-b", {"h": 0.8})},
+        {"robot": loaded("gough-stewart-b", {"h": np.nextafter(0.8, 1)})},
+        r"other robot.*robot\.\S+.*: \S+, now ",
+    ),
+    "version": ({}, {}, "other version of robostiff"),
 }
 
 
 @pytest.mark.parametrize("part", OTHERS)
-def test_another_map_is_refused(part, tmp_path):
-    path = tmp_path / "map.zarr"
-    begun(path)
-    question = {"robot": loaded("3-rpr"), "poses": POSES, "method": rs.Batched(), **OTHERS[part]}
-    with pytest.raises(InputError, match=f"other .*{part}"):
-        rs.stiffness_map(**question, store=path, resume=True)
-
-
-def test_a_last_digit_of_a_parameter_makes_another_robot(tmp_path):
-    robot = loaded("gough-stewart-b", {"h": 0.8})
-    almost = loaded("gough-stewart-b", {"h": np.nextafter(0.8, 1)})
-    grid = Grid(x=Axis(0, 0.1, 2))
-    rs.stiffness_map(robot, grid, store=tmp_path / "map.zarr")
-    with pytest.raises(InputError, match=r"other robot.*robot\.\S+.*: \S+, now "):
-        rs.stiffness_map(almost, grid, store=tmp_path / "map.zarr", resume=True)
+def test_another_map_is_refused(part, tmp_path, monkeypatch):
+    first, then, words = OTHERS[part]
+    rs.stiffness_map(**(SMALL | first), store=tmp_path / "map.zarr")
+    if part == "version":
+        monkeypatch.setattr("robostiff.analysis.maps.job.__version__", "99.0")
+    with pytest.raises(InputError, match=words):
+        rs.stiffness_map(**(SMALL | then), store=tmp_path / "map.zarr", resume=True)
 
 
 def test_a_changed_parameter_is_named(tmp_path):
-    path, grid = tmp_path / "map.zarr", Grid(x=Axis(0, 0.1, 2))
-    legs = "legs 'leg1'.chain.elements 'actuator'.role.stiffness: 1000000.0, now 2000000.0"
-    rs.stiffness_map(rs.load("3-rpr"), grid, store=path)
+    path, legs = tmp_path / "map.zarr", "legs 'leg1'.chain.elements 'actuator'.role.stiffness: "
+    rs.stiffness_map(**SMALL, store=path)
     text = (Path(rs.__file__).parent / "robots/3-rpr.yaml").read_text(encoding="utf-8")
     (tmp_path / "3-rpr.yaml").write_text(text.replace("k: 1e6 N/m", "k: 2e6 N/m"))
-    with pytest.raises(InputError, match=re.escape(legs)):
-        rs.stiffness_map(rs.load(tmp_path / "3-rpr.yaml"), grid, store=path, resume=True)
-
-
-def test_the_order_of_axes_makes_another_map(tmp_path):
-    x, y = Axis(0, 0.1, 2), Axis(0, 0.2, 2)
-    rs.stiffness_map(rs.load("3-rpr"), Grid(x=x, y=y), store=tmp_path / "map.zarr")
-    with pytest.raises(InputError, match=r"axes\[0\]: x, now y"):
-        rs.stiffness_map(rs.load("3-rpr"), Grid(y=y, x=x), store=tmp_path / "map.zarr", resume=True)
-
-
-def test_another_version_is_refused(tmp_path, monkeypatch):
-    path = tmp_path / "map.zarr"
-    begun(path)
-    monkeypatch.setattr("robostiff.analysis.maps.job.__version__", "99.0")
-    with pytest.raises(InputError, match="other version of robostiff"):
-        asked(store=path, resume=True)
+    other = SMALL | {"robot": rs.load(tmp_path / "3-rpr.yaml")}
+    with pytest.raises(InputError, match=re.escape(f"{legs}1000000.0, now 2000000.0")):
+        rs.stiffness_map(**other, store=path, resume=True)
 
 
 def test_nothing_is_overwritten(tmp_path):
