@@ -15,7 +15,7 @@ from robostiff.network import Network
 from robostiff.spatial import Frame
 from tests.campaign.bodies import Bodies, DeadPull, ElasticPart, PointSpring, SingleJoint, Sum
 from tests.campaign.reread import placed, turned
-from tests.generators.chains import beam_compliance_of
+from tests.generators.chains import beam_compliance_of, rigidities
 
 _NOTHING, _NEARLY = 1e-13, 1e-9  # of a compliance whose diagonal is one
 _OPEN = 1e-7  # m and rad: more is no posture
@@ -298,15 +298,6 @@ def _shortening(L: float) -> np.ndarray:
         slopes = np.array([6 * s * (1 - s) / L, sign * (3 * s**2 - 2 * s)])
         G[np.ix_((d, r), (d, r))] = (slopes * w) @ slopes.T
     return G
-
-
-def rigidities(m: Any, s: Any, theory: Any = None) -> tuple[float, ...]:
-    """EA, EIy, EIz and GJ of a material and a section; a theory may add what shear gives."""
-    own = (float(m.E * s.A), float(m.E * s.Iy), float(m.E * s.Iz), float(m.G * s.J))
-    if isinstance(theory, rs.Timoshenko):
-        shear = m.G * s.A
-        own = (*own, 1 / float(s.shear_factor_y * shear), 1 / float(s.shear_factor_z * shear))
-    return own
 
 
 def of_robot(

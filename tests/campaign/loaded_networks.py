@@ -16,10 +16,10 @@ from robostiff.elasticity import circle, elasticity_from_stiffness, material, re
 from robostiff.model import Actuated, Locked, Passive, PlacedFreedom, PlacedMass
 from robostiff.network import JointElement, Node, SpringElement, beam_between
 from tests.campaign.answers import Complaint, Judge
-from tests.campaign.assembled import Assembly, NotAssembledError, of_network, rigidities
+from tests.campaign.assembled import Assembly, NotAssembledError, of_network
 from tests.campaign.bodies import DeadPull, NoMinimumError, _solved, curvatures, minimum, system
 from tests.campaign.minima import compare, least
-from tests.generators.chains import random_block, random_rotation
+from tests.generators.chains import random_block, random_rotation, rigidities
 
 _STEEL = material("steel")
 _OF_COLUMNS = 0.03  # of the critical load

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+import robostiff as rs
+from robostiff.model import JointKind, ParallelBlock
 from tests.campaign.reread import (
     Ball,
     Block,
@@ -26,6 +28,7 @@ from tests.campaign.reread import (
     turned,
     vector,
 )
+from tests.generators.chains import beam_compliance_of, rigidities
 
 _PLACES = {name: i for i, name in enumerate(("x", "y", "z", "rx", "ry", "rz"))}
 # Of a step in rad and m, of the way, and of the least singular value at home.
@@ -37,7 +40,7 @@ class NotClosedError(Exception):
 
 
 class Machine:
-    """A model file as one system of coordinates, loops and springs."""
+    """A model file, or a robot, as one system of coordinates, loops and springs."""
 
     def __init__(
         self,
@@ -46,6 +49,7 @@ class Machine:
         *,
         text: str | None = None,
         shipped: Path | None = None,
+        robot: rs.Robot | None = None,
     ) -> None:
         self.file = File(Path(path), given or {}, text=text)
         self.shipped = shipped
@@ -53,7 +57,11 @@ class Machine:
         self.rows = [0, 1, 5] if data.get("planar") else list(range(6))
         self.reference = vector(data.get("reference_point", (0, 0, 0)), scope)
         self.home = frame(data.get("home"), scope)
-        if "modules" in data:
+        if robot is not None:
+            self.rows, self.reference = list(robot.space.rows), np.asarray(robot.reference_point)
+            self.home = np.eye(4) if robot.home is None else _matrix(robot.home)
+            self.legs = [_branch(leg.base, leg.chain, leg.attachment) for leg in robot.legs]
+        elif "modules" in data:
             self.legs = [Branch(np.eye(4), self._modules(self.file), np.eye(4), [])]
         else:
             self.legs = self.file.legs(data, scope)
@@ -367,17 +375,11 @@ class Machine:
                 T = self._walk(part.branches[0], T, q, [])[0]
             elif isinstance(part, Stretching):
                 reached = -last
-                for fixed, share, (own, file, scope) in part.beams:
+                for fixed, share, compliance in part.beams:
                     L = fixed + share * last
                     reached += L
-                    C = file.beam(L, own, scope)
-                    self._add_soft(
-                        system,
-                        row,
-                        T,
-                        Soft(C, np.zeros((6, 0)), part.axes, reached * part.along),
-                        origin,
-                    )
+                    own = Soft(compliance(L), np.zeros((6, 0)), part.axes, reached * part.along)
+                    self._add_soft(system, row, T, own, origin)
                 T = T @ placed(np.eye(3), sum(rod[0] for rod in part.beams) * part.along)
             else:
                 self._add_soft(system, row, T, part, origin)
@@ -388,6 +390,42 @@ class Machine:
         at = T[:3, :3] @ part.at + T[:3, 3]
         J = moved(origin - at)
         system.add_soft(row, J @ _both(T[:3, :3] @ part.axes), part.C, part.free)
+
+
+def _of_length(rigidities: tuple[float, ...]) -> Any:
+    return lambda L: beam_compliance_of(L, *rigidities)
+
+
+def _matrix(frame: rs.Frame) -> np.ndarray:
+    return placed(np.asarray(frame.R, dtype=float), np.asarray(frame.p, dtype=float))
+
+
+def _branch(start: rs.Frame, chain: rs.Chain, end: rs.Frame) -> Branch:
+    """A chain of the library in parts of ours."""
+    parts: list[Any] = []
+    for e in chain.elements:
+        own_role = getattr(e, "role", None)
+        role, k = type(own_role).__name__.lower(), getattr(own_role, "stiffness", None)
+        if isinstance(e, rs.Rigid):
+            parts.append(_matrix(e.transform))
+        elif isinstance(e, rs.Link):
+            own = e.elasticity
+            parts += [Soft(own.compliance, own.freedoms, e.axes, e.to), placed(np.eye(3), e.to)]
+        elif isinstance(e, rs.Telescope):
+            beams = [
+                (b.fixed, b.share, _of_length(rigidities(b.material, b.section, b.theory)))
+                for b in e.beams
+            ]
+            parts.append(Motion(e.direction, None, role, k, e.name, float(e.home), {}))
+            parts.append(Stretching(e.direction, e.axes, beams))
+        elif isinstance(e, ParallelBlock):
+            parts.append(Block([_branch(b.start, b.chain, b.end) for b in e.branches]))
+        elif e.kind is JointKind.SPHERICAL:
+            parts.append(Ball(role, k, e.name, np.array(e.home, dtype=float), {}))
+        else:
+            for own, home in zip(e.freedoms, e.home, strict=True):
+                parts.append(Motion(own.axis, own.pitch, role, k, e.name, float(home), {}))
+    return Branch(_matrix(start), parts, _matrix(end), [])
 
 
 class _System:

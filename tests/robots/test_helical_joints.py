@@ -18,9 +18,9 @@ from robostiff.model import Actuated, Chain, Leg, Passive, PlacedFreedom, Placed
 from robostiff.plot.displacement import motion_under
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame, Screw
+from tests.campaign.placed import slender_beam
 from tests.files import text_of
 from tests.generators.chains import random_rotation
-from tests.generators.leg_wrenches import random_beam
 
 DATA = rs.plot.PictureData()
 HERE = Path(__file__).parent
@@ -52,7 +52,8 @@ def random_leg(rng: np.random.Generator, pitch: float | None, role=Passive()) ->
         PlacedFreedom(other, rng.normal(size=3), 0.0, "turn", Passive()),
         PlacedFreedom(e, rng.normal(size=3), pitch, "screw", role),
     )
-    return PlacedLeg("leg", (random_beam(rng, 0.02), *joints, random_beam(rng, 0.03)), np.ones(3))
+    beams = [slender_beam(rng, name, *rng.uniform(-1, 1, (2, 3))) for name in "ab"]
+    return PlacedLeg("leg", (beams[0], *joints, beams[1]), np.ones(3))
 
 
 def stiffness_of(leg: PlacedLeg) -> np.ndarray:
