@@ -345,13 +345,11 @@ def of_robot(
     return found
 
 
-def of_network(
-    network: Network, beams: int = 0, sections: Mapping[str, Any] | None = None
-) -> Assembly:
+def of_network(network: Network, sections: Mapping[str, Any] | None = None) -> Assembly:
     """A network: its nodes are the bodies; `sections` are rigidities of its beams by name."""
     point = np.asarray(network.reference_point, float)
     length = float(network.characteristic_length) or 1.0
-    found = Assembly(Bodies([np.zeros(3), point], length, network.space.rows), beams)
+    found = Assembly(Bodies([np.zeros(3), point], length, network.space.rows))
     place = dict.fromkeys(network.fixed, 0) | {network.platform: 1}
     for node in network.nodes:
         if node.name not in place:
@@ -361,12 +359,9 @@ def of_network(
     for e in network.beams:
         own = (sections or {}).get(e.name)
         masses = sum(float(m.value) for m in e.masses) / e.length
-        beam, C = own, e.tip_compliance
-        if own is not None:
-            C = beam_compliance_of(e.length, *own)
-        axes = np.asarray(e.rotation)
-        none = np.zeros((6, 0))
-        end = found.elastic(place[e.a], e.start, e.end, axes, C, none, beam, masses)
+        C = e.tip_compliance if own is None else beam_compliance_of(e.length, *own)
+        none, axes = np.zeros((6, 0)), np.asarray(e.rotation)
+        end = found.elastic(place[e.a], e.start, e.end, axes, C, none, None, masses)
         merged.append((e.b, end))
     for e in network.springs:
         own = e.elasticity

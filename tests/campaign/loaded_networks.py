@@ -1,4 +1,4 @@
-"""Random frames and columns under loads, against bodies in the world."""
+"""Random frames under loads, against bodies in the world."""
 # pyright: reportArgumentType=false
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 import robostiff as rs
 from robostiff.elasticity import circle, elasticity_from_stiffness, material, rectangle
@@ -17,14 +16,11 @@ from robostiff.model import Actuated, Locked, Passive, PlacedFreedom, PlacedMass
 from robostiff.network import JointElement, Node, SpringElement, beam_between
 from tests.campaign.answers import Complaint, Judge
 from tests.campaign.assembled import Assembly, NotAssembledError, of_network
-from tests.campaign.bodies import DeadPull, NoMinimumError, _solved, curvatures, minimum, system
+from tests.campaign.bodies import DeadPull, NoMinimumError, _solved, system
 from tests.campaign.minima import compare, least
 from tests.generators.chains import random_block, random_rotation, rigidities
 
 _STEEL = material("steel")
-_OF_COLUMNS = 0.03  # of the critical load
-_PIECES = 8
-_UP_TO = 60.0  # four times Euler's load of a hinged column is 39
 
 
 @dataclass
@@ -161,7 +157,7 @@ def loaded_network(rng: np.random.Generator) -> list[Complaint]:
     if unloaded.status & doubt:
         return []
     try:
-        own = of_network(network, 0, frame.sections)
+        own = of_network(network, frame.sections)
         length = own.bodies.length
         scale = np.repeat([length, 1.0], 3)
         F = unloaded.K @ (rng.normal(size=6) * scale * 10 ** rng.uniform(-5, -2))
@@ -212,7 +208,7 @@ def response(rng: np.random.Generator) -> list[Complaint]:
     sections = frame.sections
     sections |= {f"{name} {i}": sections[name] for i in (0, 1)}
     try:
-        own = of_network(cut, 0, sections)
+        own = of_network(cut, sections)
     except NotAssembledError:
         return []
     forces = [(node, own.behind[node][1], f, np.zeros(3)) for node, f in pulled.items()]
@@ -271,98 +267,3 @@ def _linear(own: Assembly, forces: list[tuple[str, Any, Any, Any]]) -> dict[str,
         arm = np.asarray(point) - bodies.centres[i]
         found[node] = np.concatenate([shift + np.cross(turn, arm), turn])
     return found
-
-
-# -- columns ------------------------------------------------------------------------------------
-
-
-def column(rng: np.random.Generator) -> list[Complaint]:
-    """The critical load of a column with any ends, by default, against eight elements."""
-    judge = Judge(None, 1.0, False)
-    R, L = random_rotation(rng), float(rng.uniform(0.3, 1.5))
-    section = _section(rng)
-    e = R[:, 0]
-    frame = Frame(fixed=["ground"], platform="platform")
-    for name, x in (("ground", 0.0), ("low", 0.0), ("high", L), ("platform", L)):
-        frame.node(name, x * e)
-    frame.beams["column"] = ("low", "high", section, R[:, 1], rs.EulerBernoulli())
-    EA, EIy, EIz, _ = rigidities(_STEEL, section, rs.EulerBernoulli())
-    k = min(EIy, EIz) / L
-    low, high = (_end(rng, k) for _ in range(2))
-    guide = str(rng.choice(["free", "straight", "turning"]))
-    frame.joints = [
-        JointElement("low joint", "ground", "low", _turns(low, frame.nodes["ground"].point, R)),
-        JointElement("high joint", "high", "platform", _turns(high, L * e, R)),
-    ]
-    if guide != "free":
-        frame.node("slide", L * e)
-        slide = (PlacedFreedom(e, L * e, None, "slide", Passive()),)
-        frame.joints.append(JointElement("guide", "ground", "slide", slide))
-        turns = _turns((0.0, 0.0), L * e, R) if guide == "turning" else ()
-        frame.joints.append(JointElement("head", "slide", "platform", turns))
-    network, F = frame.network(), np.concatenate([-min(EIy, EIz) / L**2 * e, np.zeros(3)])
-    try:
-        own = of_network(network, _PIECES, frame.sections)
-    except NotAssembledError:
-        return []
-    at_rest = curvatures(own.bodies, own.bodies.at_rest())
-    if at_rest[0] < 1e-9 * at_rest[-1]:
-        return []  # it moves freely
-    try:
-        known = critical_factor(own, F, _UP_TO)
-    except NoMinimumError:
-        return []
-    words, strain = f"{low} and {high}, {guide}", min(EIy, EIz) / L**2 / EA  # shorter by that
-    found = rs.critical_load(network, wrench=F, up_to=_UP_TO)
-    if found.is_found != (known is not None) and not (known or found.factor) > 0.97 * _UP_TO:
-        judge.say("column", "critical load of one alone", f"{found} for {known}; {words}")
-    elif known is not None and not abs(found.factor / known - 1) <= _OF_COLUMNS + known * strain:
-        judge.say("column", "another critical load", f"{found.factor:.4g} for {known:.4g}; {words}")
-    if known is not None:
-        beyond = rs.equilibrium(network, wrench=1.1 * known * F)
-        bad = rs.Status.BEYOND_CRITICAL_LOAD | rs.Status.UNSTABLE | rs.Status.NO_EQUILIBRIUM
-        if not beyond.status & bad:
-            judge.say("column", "stable beyond its critical load", f"{beyond.status}; {words}")
-        below = rs.equilibrium(network, wrench=0.9 * known * F)
-        if below.status & bad:
-            judge.say("column", "unstable below its critical load", f"{below.status}; {words}")
-    return judge.complaints
-
-
-def _end(rng: np.random.Generator, k: float) -> tuple[float, float] | None:
-    """Stiffness against the two turns across the column; None of a clamped end."""
-    sort = rng.uniform()
-    if sort < 0.35:
-        return None
-    if sort < 0.65:
-        return 0.0, 0.0
-    a, b = 10 ** rng.uniform(-0.5, 1.5, 2) * k
-    return float(a), float(b)
-
-
-def _turns(
-    stiffness: tuple[float, float] | None, point: np.ndarray, R: np.ndarray
-) -> tuple[Any, ...]:
-    roles = [Locked(k) if k else Passive() for k in stiffness or ()]
-    return tuple(
-        PlacedFreedom(R[:, 1 + i], point, 0.0, f"turn{i}", role) for i, role in enumerate(roles)
-    )
-
-
-def critical_factor(own: Assembly, F: np.ndarray, up_to: float) -> float | None:
-    """Where the least curvature of the energy vanishes on the way of a growing wrench."""
-    state = None
-
-    def curvature(factor: float) -> float:
-        nonlocal state
-        found = minimum(own.bodies, factor * F, 1.0, state)
-        curved = float(curvatures(own.bodies, found.state)[0])
-        state = found.state if curved > 0 else state
-        return curved
-
-    low, high = 0.0, 1.0
-    while curvature(high) > 0:
-        low, high = high, 1.6 * high
-        if low > up_to:
-            return None
-    return float(brentq(curvature, low, high, xtol=1e-3 * high, rtol=1e-3))

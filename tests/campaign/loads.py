@@ -386,5 +386,4 @@ SHARES: dict[str, tuple[float, Callable[[np.random.Generator], list[Complaint]]]
     "loads on beams": (10, loaded_networks.response),
     "linkages": (10, loaded_linkage),
     "cables": (6, loaded_cables.cable_robot),
-    "columns": (8, loaded_networks.column),
 }

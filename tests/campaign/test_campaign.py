@@ -108,10 +108,6 @@ def test_machines_under_loads(kind, numbers):
         assert not loads.SHARES[kind][1](np.random.default_rng([SEED, number])), number
 
 
-def test_a_column():
-    assert not loads.SHARES["columns"][1](np.random.default_rng([SEED, 0]))
-
-
 def test_what_rigid_bars_carry_beside_redundant_joints():
     """The base gets what acts on the platform, to all digits."""
     assert not loads.loaded_linkage(np.random.default_rng([77, 188]))
