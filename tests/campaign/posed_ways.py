@@ -210,7 +210,8 @@ def _back(case: Case, again: Reread, row: int) -> None:
     home = rs.stiffness(case.robot)
     if home.status & (Status.ILL_CONDITIONED | Status.REDUNDANT_JOINTS | Status.RIGID_DIRECTION):
         return
-    if (off := distance(home.K, again.own.stiffness(q, P), again.size)) > 1e-6:
+    truth = again.own.stiffness(q, P)
+    if truth and (off := distance(home.K, truth.K, again.size)) > 1e-6:
         detail = f"row {row}: back at home K is {off:.1e} off"
         case.say("reread", "stands in another assembly mode than home", detail)
 
