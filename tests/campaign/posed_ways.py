@@ -18,7 +18,7 @@ from robostiff.robots import robot_file
 from tests.campaign import ways
 from tests.campaign.answers import Complaint, Judge
 from tests.campaign.formulas import formula
-from tests.campaign.parameters import formula_with_values, kernel_with_parameters, map_of_blocks
+from tests.campaign.parameters import kernel_with_parameters, map_of_blocks
 from tests.campaign.posed import Posed
 from tests.campaign.reference import _extent
 from tests.campaign.reread import placed, turned
@@ -253,9 +253,8 @@ WAYS = (
     PosedWay("kernel of the compliance", _kernel_compliance, 24),
     PosedWay("kernel with parameters", kernel_with_parameters, 6),
     PosedWay("map", map_of_blocks, 24),
-    PosedWay("formula in steps", formula(True), 40),
-    PosedWay("formula at home", formula(False), 80),
-    PosedWay("formula with values", formula_with_values, 80),
+    PosedWay("formula in steps", formula(False), 30),
+    PosedWay("formula at home", formula(True), 80),
     PosedWay("rounded", rounded_poses, 3),
 )
 
