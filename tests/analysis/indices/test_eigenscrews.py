@@ -21,7 +21,7 @@ from tests.analysis.indices.machines import (
     planar_body,
     random_body,
 )
-from tests.generators.metric import distance
+from tests.cases.metric import distance
 
 SEEDS = st.integers(0, 2**32 - 1)
 
