@@ -19,6 +19,7 @@ SHARES = {
     **dict.fromkeys(placed.KINDS, 32),
     **dict.fromkeys(("nested", "nested planar"), 24),
     **dict.fromkeys(posed.KINDS, 12),
+    "file": 24,
     **dict.fromkeys(("several legs", "hand-made"), 4),
     **dict.fromkeys(("driven arm", "shipped"), 2),
     **dict.fromkeys(("coupled legs", "hybrid"), 0.5),
