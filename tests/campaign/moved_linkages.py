@@ -29,6 +29,7 @@ _BASE, _TOOL = "base", "tool"
 _AGREEMENT = 1e-6  # of floats, with wrenches of all connections at once
 _CLOSED = 1e-6
 _RECORDED = 0.3  # part of the linkages whose record is made as well
+_FOLLOWING = 0.3  # part of those of several drives, of which one is not given, and follows
 
 
 def motion(joint: Joint, q: Sequence[float]) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
@@ -215,6 +216,8 @@ def moved_linkage(rng: np.random.Generator) -> list[Complaint]:
     except rs.InputError:  # a circuit that ends where it begins is left out
         return []
     actuated = [joint for joint in part.joints if isinstance(joint.role, rs.Actuated)]
+    if len(actuated) > 1 and rng.random() < _FOLLOWING:
+        actuated.pop()
     spread = np.array([0.0, 0.05, -0.1, 0.4, -1.5])
     ways = rng.uniform(-1, 1, len(actuated))
     values = {
@@ -238,7 +241,7 @@ def moved_linkage(rng: np.random.Generator) -> list[Complaint]:
 
 def _by_record(linkage: Linkage, values: dict[str, np.ndarray]) -> CompiledAnswer | None:
     try:
-        fast = rs.compile(linkage, backend=rs.Backend.ARRAYS)
+        fast = rs.compile(linkage, joints=[*values], backend=rs.Backend.ARRAYS)
     except (rs.InputError, rs.NoAnswerError):  # rigid, undetermined, singular: with the reason
         return None
     return fast.evaluate(values, again=False) if fast.verified else None

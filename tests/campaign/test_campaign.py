@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.network import energy_stiffness, network_of_snapshot
 from tests.campaign import loads, placed, ways
 from tests.campaign.__main__ import PARTS, main
 from tests.campaign.reference import reference
@@ -39,12 +40,18 @@ def test_random_robots_through_every_way(frozen, part):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_reference_is_that_of_two_other_ways_in_sixty_digits(name):
+def test_reference_networks_and_energies_are_those_of_two_other_ways_in_sixty_digits(name):
     given = case(name)
-    found = reference(given.snapshot)
+    network, rank = network_of_snapshot(given.snapshot), given.oracle["rank"]
+    found, solved = reference(given.snapshot), rs.stiffness(network)
     assert found.K is not None
-    assert found.rank == given.oracle["rank"]
+    assert found.rank == int(solved.rank) == rank
     assert distance(found.K, given.K, given.size) < 1e-14
+    assert distance(solved.K, given.K, given.size) < 1e-12
+    assert distance(energy_stiffness(network), given.K, given.size) < 1e-10
+    alone = rs.stiffness(given.snapshot)
+    assert set(solved.redundant_joints) == set(alone.redundant_joints)
+    assert rs.verify(given.snapshot).agree
 
 
 @pytest.mark.parametrize(
