@@ -24,7 +24,6 @@ from robostiff.model import (
     Robot,
     beam_link,
     coupling,
-    helical,
     prismatic,
     revolute,
     spherical,
@@ -116,26 +115,6 @@ def test_networks_and_fifty_digits_agree(case: str):
     assert apart(result.K, in_fifty_digits(robot)) < 1e-12
     for form in (rs.Block(), rs.Recursive(), rs.SaddlePoint()):
         assert apart(rs.stiffness(robot, method=form).K, result.K) < 1e-11
-
-
-def test_a_pinion_on_its_rack_is_a_screw():
-    """A slide that follows a turn about the same axis by h is a helical joint of pitch 2 pi h."""
-    h, k, axis = 0.003, 4e3, [0.2, 1.0, -0.3]
-    rest = (beam("rod", 0.3, 0.1, 0.2), revolute([1, 0, 0], Passive(), name="pin"))
-    more = (*rest, beam("tip", 0.1, 0.4, 0.0))
-    geared = Chain(
-        (
-            beam("foot", 0, 0.2, 0.1),
-            revolute(axis, Actuated(k), name="pinion", home=(0.7,)),
-            prismatic(axis, Passive(), name="rack"),
-            *more,
-        ),
-        (coupling("rack", follows="pinion", ratio=h),),
-    )
-    nut = helical(axis, 2 * np.pi * h, Actuated(k), home=(0.7,))
-    screw = Chain((beam("foot", 0, 0.2, 0.1), nut, *more))
-    K = [rs.stiffness(posed(chain)).K for chain in (geared, screw)]
-    assert apart(*K) < 1e-13
 
 
 def posed(chain: Chain) -> Robot:
