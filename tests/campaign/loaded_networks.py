@@ -15,8 +15,8 @@ from robostiff.elasticity import circle, elasticity_from_stiffness, material, re
 from robostiff.model import Actuated, Locked, Passive, PlacedFreedom, PlacedMass
 from robostiff.network import JointElement, Node, SpringElement, beam_between
 from tests.campaign.answers import Complaint, Judge
-from tests.campaign.assembled import Assembly, NotAssembledError, of_network
-from tests.campaign.bodies import DeadPull, NoMinimumError, _solved, system
+from tests.campaign.assembled import NotAssembledError, of_network
+from tests.campaign.bodies import DeadPull, NoMinimumError
 from tests.campaign.minima import compare, least
 from tests.generators.chains import random_block, random_rotation, rigidities
 
@@ -177,93 +177,3 @@ def loaded_network(rng: np.random.Generator) -> list[Complaint]:
         return []
     compare(judge, partial(rs.equilibrium, network, None, F, **more), own, truth, scale)
     return judge.complaints
-
-
-def response(rng: np.random.Generator) -> list[Complaint]:
-    """Forces at nodes, at points of beams and along them; small, with reactions in balance."""
-    frame, judge = random_frame(rng), Judge(None, 1.0, False)
-    name = str(rng.choice(list(frame.beams)))
-    a, b, *_ = frame.beams[name]
-    start, end = frame.nodes[a].point, frame.nodes[b].point
-    L, force = float(np.linalg.norm(end - start)), rng.normal(size=3) * 100
-    s = float(rng.choice([0.0, 1.0, rng.uniform(0, 1), rng.uniform(0.005, 0.05)]))
-    along = rng.normal(size=3) * 100 if rng.uniform() < 0.5 else None
-    on_beam: list[Any] = [rs.ForceOnBeam(force, s * L)]
-    if along is not None:
-        on_beam.append(rs.DistributedForce(along))
-    pulled = {
-        node: rng.normal(size=3) * 100
-        for node in frame.nodes
-        if node not in frame.fixed and not node.startswith("h") and rng.uniform() < 0.3
-    }
-    network, acting = frame.network(), dict(pulled) | {name: on_beam}
-    try:
-        found = rs.network_response(network, acting)
-    except rs.NoAnswerError:
-        return []
-    if found.status != rs.Status.OK:
-        return []
-    is_cut = 0 < s < 1
-    cut = frame.network({name: [s]} if is_cut else None)
-    sections = frame.sections
-    sections |= {f"{name} {i}": sections[name] for i in (0, 1)}
-    try:
-        own = of_network(cut, sections)
-    except NotAssembledError:
-        return []
-    forces = [(node, own.behind[node][1], f, np.zeros(3)) for node, f in pulled.items()]
-    place = f"{name} at 0" if is_cut else (a if s == 0 else b)
-    forces.append((place, start + s * (end - start), force, np.zeros(3)))
-    if along is not None:
-        pieces = [(a, start, f"{name} at 0"), (f"{name} at 0", start + s * (end - start), b)]
-        for one, at, other in pieces if is_cut else [(a, start, b)]:
-            to = (end - at) if other == b else s * (end - start)
-            half, couple = (
-                0.5 * np.linalg.norm(to) * along,
-                np.cross(to, along) * np.linalg.norm(to) / 12,
-            )
-            forces += [(one, at, half, couple), (other, at + to, half, -couple)]
-    twists = _linear(own, forces)
-    if twists is None:
-        return []
-    total, size = np.zeros(6), 0.0
-    for _, at, f, couple in forces:
-        total += np.concatenate([f, np.cross(at, f) + couple])
-        size += float(np.abs(f).sum())
-    for node, R in found.reactions.items():
-        at = frame.nodes[node].point
-        total += np.concatenate([R[:3], R[3:] + np.cross(at, R[:3])])
-    if len(found.reactions) == len(frame.fixed) and not np.max(np.abs(total)) <= 1e-7 * size:
-        judge.say(
-            "response", "reactions do not balance the loads", f"{total}, at {s:.2g} of {name}"
-        )
-    scale = np.repeat([own.bodies.length, 1.0], 3)
-    moved = max(float(np.max(np.abs(t / scale))) for t in twists.values())
-    for node, t in found.twists.items():
-        off = float(np.max(np.abs((t - twists[node]) / scale)))
-        if node in twists and not off <= 1e-6 * moved:
-            judge.say("response", "another displacement", f"{node}: {off / moved:.1e}, at {s:.2g}")
-            break
-    return judge.complaints
-
-
-def _linear(own: Assembly, forces: list[tuple[str, Any, Any, Any]]) -> dict[str, np.ndarray] | None:
-    """Twists of all nodes about their points under small loads."""
-    bodies = own.bodies
-    f = np.zeros((len(bodies.centres), 6))
-    for node, at, force, couple in forces:
-        i = own.behind[node][0]
-        arm = np.asarray(at) - bodies.centres[i]
-        f[i] += np.concatenate([bodies.length * force, np.cross(arm, force) + couple])
-    rest = system(bodies, bodies.at_rest())
-    if np.linalg.cond(rest.hessian) > 1e16 and not len(rest.constraints):
-        return None
-    g = f[1:].reshape(-1)
-    x, _ = _solved(bodies, rest, g, np.zeros(len(rest.constraints)), np.zeros(6))
-    moved = np.vstack([np.zeros(6), x.reshape(-1, 6)]) * np.repeat([bodies.length, 1.0], 3)
-    found = {}
-    for node, (i, point) in own.behind.items():
-        shift, turn = moved[i, :3], moved[i, 3:]
-        arm = np.asarray(point) - bodies.centres[i]
-        found[node] = np.concatenate([shift + np.cross(turn, arm), turn])
-    return found

@@ -104,8 +104,7 @@ def test_a_wrong_spring_is_found():
     [
         ("robots", range(2)),
         pytest.param("robots", range(2, 24), marks=pytest.mark.slow),
-        ("networks", range(2)),
-        ("loads on beams", range(8)),
+        ("networks", range(8)),
         ("cables", range(12, 16)),
     ],
 )
