@@ -186,6 +186,25 @@ class Assembly:
                     T = T @ _rotation(along) @ _shift(float(screw.pitch) * along)
         return body, T @ _rotation(np.asarray(q, float)) if is_ball else T
 
+    def node(self, platform: Any, leg: rs.Leg, pose: np.ndarray) -> int:
+        """The body of the node of a flexible platform that holds a leg; all nodes at first."""
+        for own in platform.nodes:
+            if (name := f"platform/{own.name}") not in self.behind:
+                point = (pose @ np.append(own.at, 1.0))[:3]
+                body = 1 if own.name == platform.tool else self.bodies.body(point)
+                self.behind[name] = body, point
+        return self.behind[f"platform/{platform.node_of(leg.node, leg.attachment.p)}"][0]
+
+    def bend(self, platform: Any, pose: np.ndarray) -> None:
+        """Parts between the nodes of a flexible platform."""
+        for part in platform.parts:
+            body, start = self.behind[f"platform/{part.a}"]
+            point, bar = (pose @ np.append(part.point, 1.0))[:3], part.elasticity.beam
+            beam = None if bar is None else rigidities(bar, bar)
+            axes, own = pose[:3, :3] @ part.axes, part.elasticity
+            body = self.elastic(body, start, point, axes, own.compliance, own.freedoms, beam, 0.0)
+            self._merged([self.behind[f"platform/{part.b}"][0], body])
+
     def _merged(self, ends: Sequence[int]) -> int:
         ends = list(ends)
         while len(set(ends)) > 1:
@@ -314,8 +333,6 @@ def of_robot(
     NotAssembledError
         When it does not close there, or has parts that are not written here.
     """
-    if robot.platform is not None:
-        raise NotAssembledError("a flexible platform")
     P = (pose @ np.append(robot.reference_point, 1.0))[:3]
     found = Assembly(Bodies([np.zeros(3), P], length, robot.space.rows), beams)
     for leg, q in zip(robot.legs, coordinates, strict=True):
@@ -324,7 +341,10 @@ def of_robot(
         _check_closed(T, pose @ frame_of(leg.attachment))
         if body <= 1:
             raise NotAssembledError("a leg that does not move")
-        found._merged([1, body])
+        end = 1 if robot.platform is None else found.node(robot.platform, leg, pose)
+        found._merged([end, body])
+    if robot.platform is not None:
+        found.bend(robot.platform, pose)
     found.weigh(robot.platform_masses, 1, pose, pose[:3, 3])
     for own in robot.springs:
         ends, bodies = [], []
