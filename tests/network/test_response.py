@@ -87,7 +87,7 @@ def test_loads_along_a_beam_are_those_of_its_halves_and_of_the_node_between(seed
     frame = random_frame(rng)
     name = str(rng.choice(list(frame.beams)))
     start, end = (frame.nodes[own].point for own in frame.beams[name][:2])
-    s, L = float(rng.choice([rng.uniform(), 0.02])), np.linalg.norm(end - start)
+    s, L = float(rng.choice([rng.uniform(), 0.02])), float(np.linalg.norm(end - start))
     force, along, middle = *rng.normal(size=(2, 3)) * 100, start + s * (end - start)
     loads = [rs.ForceOnBeam(force, s * L), rs.DistributedForce(along)]
     cut, at_node = frame.network({name: [s]}), {f"{name} at 0": force}
