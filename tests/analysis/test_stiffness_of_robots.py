@@ -10,9 +10,9 @@ from robostiff import Block, IndexRules, NoAnswerError, SaddlePoint, Status, com
 from robostiff.kinematics import find_posture
 from robostiff.model import Actuated, Chain, Joint, Locked
 from robostiff.spatial import move_compliance, move_stiffness
+from tests.cases.metric import distance
 from tests.generators.chains import FreeChain, random_beam, random_joint, snapshot_of
 from tests.generators.machines import case_b, elbow_arm, five_bar
-from tests.generators.metric import distance
 
 POSE = np.array([0.03, -0.02, 0.62, 0.1, -0.15, 0.2])
 

@@ -67,16 +67,6 @@ def test_slack_cable_is_as_good_as_cut():
     assert answered(whole).rank == 6
 
 
-def test_load_that_lifts_a_hanging_platform_is_not_carried():
-    robot = cable_robot("cable-8-suspended")
-    assert robot.weight is not None
-    weight = -robot.weight.force[2]
-    response = rs.cable_response(robot, wrench=[0, 0, 1.5 * weight, 0, 0, 0])
-    assert STATUS.NO_EQUILIBRIUM in response.status
-    assert 0 < response.carried < 1 / 1.5
-    assert not response.has_answer
-
-
 def test_free_and_unstable_platforms_do_not_answer():
     rope = rs.Cable("rope", [0, 0, 1], [0, 0, 0], EA=1e5)
     for weight in (rs.Weight([0, 0, -100]), rs.Weight([0, 0, -100], [0, 0, 0.2])):

@@ -15,7 +15,7 @@ from robostiff.network import Network
 from robostiff.spatial import Frame
 from tests.campaign.bodies import Bodies, DeadPull, ElasticPart, PointSpring, SingleJoint, Sum
 from tests.campaign.reread import placed, turned
-from tests.generators.chains import beam_compliance_of
+from tests.generators.chains import beam_compliance_of, rigidities
 
 _NOTHING, _NEARLY = 1e-13, 1e-9  # of a compliance whose diagonal is one
 _OPEN = 1e-7  # m and rad: more is no posture
@@ -186,6 +186,25 @@ class Assembly:
                     T = T @ _rotation(along) @ _shift(float(screw.pitch) * along)
         return body, T @ _rotation(np.asarray(q, float)) if is_ball else T
 
+    def node(self, platform: Any, leg: rs.Leg, pose: np.ndarray) -> int:
+        """The body of the node of a flexible platform that holds a leg; all nodes at first."""
+        for own in platform.nodes:
+            if (name := f"platform/{own.name}") not in self.behind:
+                point = (pose @ np.append(own.at, 1.0))[:3]
+                body = 1 if own.name == platform.tool else self.bodies.body(point)
+                self.behind[name] = body, point
+        return self.behind[f"platform/{platform.node_of(leg.node, leg.attachment.p)}"][0]
+
+    def bend(self, platform: Any, pose: np.ndarray) -> None:
+        """Parts between the nodes of a flexible platform."""
+        for part in platform.parts:
+            body, start = self.behind[f"platform/{part.a}"]
+            point, bar = (pose @ np.append(part.point, 1.0))[:3], part.elasticity.beam
+            beam = None if bar is None else rigidities(bar, bar)
+            axes, own = pose[:3, :3] @ part.axes, part.elasticity
+            body = self.elastic(body, start, point, axes, own.compliance, own.freedoms, beam, 0.0)
+            self._merged([self.behind[f"platform/{part.b}"][0], body])
+
     def _merged(self, ends: Sequence[int]) -> int:
         ends = list(ends)
         while len(set(ends)) > 1:
@@ -300,15 +319,6 @@ def _shortening(L: float) -> np.ndarray:
     return G
 
 
-def rigidities(m: Any, s: Any, theory: Any = None) -> tuple[float, ...]:
-    """EA, EIy, EIz and GJ of a material and a section; a theory may add what shear gives."""
-    own = (float(m.E * s.A), float(m.E * s.Iy), float(m.E * s.Iz), float(m.G * s.J))
-    if isinstance(theory, rs.Timoshenko):
-        shear = m.G * s.A
-        own = (*own, 1 / float(s.shear_factor_y * shear), 1 / float(s.shear_factor_z * shear))
-    return own
-
-
 def of_robot(
     robot: rs.Robot,
     coordinates: Sequence[np.ndarray],
@@ -323,8 +333,6 @@ def of_robot(
     NotAssembledError
         When it does not close there, or has parts that are not written here.
     """
-    if robot.platform is not None:
-        raise NotAssembledError("a flexible platform")
     P = (pose @ np.append(robot.reference_point, 1.0))[:3]
     found = Assembly(Bodies([np.zeros(3), P], length, robot.space.rows), beams)
     for leg, q in zip(robot.legs, coordinates, strict=True):
@@ -333,7 +341,10 @@ def of_robot(
         _check_closed(T, pose @ frame_of(leg.attachment))
         if body <= 1:
             raise NotAssembledError("a leg that does not move")
-        found._merged([1, body])
+        end = 1 if robot.platform is None else found.node(robot.platform, leg, pose)
+        found._merged([end, body])
+    if robot.platform is not None:
+        found.bend(robot.platform, pose)
     found.weigh(robot.platform_masses, 1, pose, pose[:3, 3])
     for own in robot.springs:
         ends, bodies = [], []
@@ -354,13 +365,11 @@ def of_robot(
     return found
 
 
-def of_network(
-    network: Network, beams: int = 0, sections: Mapping[str, Any] | None = None
-) -> Assembly:
+def of_network(network: Network, sections: Mapping[str, Any] | None = None) -> Assembly:
     """A network: its nodes are the bodies; `sections` are rigidities of its beams by name."""
     point = np.asarray(network.reference_point, float)
     length = float(network.characteristic_length) or 1.0
-    found = Assembly(Bodies([np.zeros(3), point], length, network.space.rows), beams)
+    found = Assembly(Bodies([np.zeros(3), point], length, network.space.rows))
     place = dict.fromkeys(network.fixed, 0) | {network.platform: 1}
     for node in network.nodes:
         if node.name not in place:
@@ -370,12 +379,9 @@ def of_network(
     for e in network.beams:
         own = (sections or {}).get(e.name)
         masses = sum(float(m.value) for m in e.masses) / e.length
-        beam, C = own, e.tip_compliance
-        if own is not None:
-            C = beam_compliance_of(e.length, *own)
-        axes = np.asarray(e.rotation)
-        none = np.zeros((6, 0))
-        end = found.elastic(place[e.a], e.start, e.end, axes, C, none, beam, masses)
+        C = e.tip_compliance if own is None else beam_compliance_of(e.length, *own)
+        none, axes = np.zeros((6, 0)), np.asarray(e.rotation)
+        end = found.elastic(place[e.a], e.start, e.end, axes, C, none, None, masses)
         merged.append((e.b, end))
     for e in network.springs:
         own = e.elasticity

@@ -20,50 +20,50 @@ from robostiff.errors import RobostiffError
 if TYPE_CHECKING:
     from tests.campaign.posed_ways import Case
 
+_LONG = ("h4", "gantry-tau", "capaman")  # formulas of minutes
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 
 
-def formula(symbols: bool) -> Callable[[Case], None]:
-    """Derived at a general pose in steps, or at home in closed form; exported and called."""
+def formula(at_home: bool) -> Callable[[Case], None]:
+    """Derived in closed form at home, or at a general pose in steps; exported and called.
+
+    Of parameters of a shipped robot and coordinates, half get their values first.
+    """
 
     def ask(case: Case) -> None:
-        if not case.good().size or case.posed.shipped in ("h4", "gantry-tau", "capaman"):
+        posed, rng = case.posed, case.rng
+        rows = [int(row) for row in case.good() if int(case.batch.rank[row])]
+        rows = [row for row in rows if row == 0] if at_home else rows
+        if not rows or posed.shipped in _LONG:
             return
-        robot = case.robot
-        name = "formula in steps" if symbols else "formula at home"
-        if symbols:
-            pose: Any = rs.AtSymbols()
-            rows = [int(r) for r in case.good()]
-        else:
-            pose = rs.AtHome()
-            rows = [0] if 0 in case.good() else []
-        if not rows:
-            return
-        form = rs.Steps() if symbols or case.rng.uniform() < 0.5 else rs.Closed()
+        row, given = rows[rng.integers(len(rows))], dict(posed.parameters)
+        robot = rs.load(posed.shipped, symbols=tuple(given)) if given else case.robot
+        pose: Any = rs.AtHome() if at_home else rs.AtSymbols()
+        form = rs.Closed() if at_home and rng.uniform() < 0.5 else rs.Steps()
         try:
-            derivation = rs.derive(robot, pose=pose, form=form)
+            derivation: Any = rs.derive(robot, pose=pose, form=form)
         except RobostiffError as error:
             if "one that is a dou" in str(error):
                 raise
             return  # refused with words
-        names = [s.name for s in derivation.symbols]
+        values = {**coordinates_of(case, row, derivation), **given}
+        known = {str(s): values[str(s)] for s in derivation.symbols}
+        first = [name for name in known if rng.uniform() < 0.5]
+        name = "formula at home" if at_home else "formula in steps"
+        try:
+            rest = derivation.subs({own: known.pop(own) for own in first}) if first else derivation
+        except rs.InputError as error:
+            case.say(name, "values are refused", str(error))
+            return
         for language in ("Python", "C"):
-            if language == "C" and (COMPILER is None or case.rng.uniform() < 0.5):
+            if language == "C" and (COMPILER is None or rng.uniform() < 0.5):
                 continue
-            call = _python(derivation) if language == "Python" else _c(derivation, names)
-            for row in rows:
-                known = coordinates_of(case, row, derivation)
-                K = np.asarray(call({n: known[n] for n in names}), dtype=float)
-                if int(case.batch.rank[row]) == 0:
-                    continue
-                off = case.off(K, case.K(row))
-                if not off <= 1e-8:
-                    what = (
-                        "not a number"
-                        if not np.isfinite(K).all()
-                        else "another K than in the batch"
-                    )
-                    case.say(f"{name}, {language}", what, f"row {row}: {off:.2e}; {known}")
+            call = _python(rest) if language == "Python" else _c(rest, list(known))
+            K = np.asarray(call(known), dtype=float)
+            off = case.off(K, case.K(row))
+            if not off <= 1e-8:
+                what = "another K than in the batch" if np.isfinite(K).all() else "not a number"
+                case.say(f"{name}, {language}", what, f"row {row}: {off:.2e}; {first} of {values}")
 
     return ask
 
@@ -79,8 +79,9 @@ def coordinates_of(case: Case, row: int, derivation: Any) -> dict[str, float]:
     }
     # Joint coordinates that close by iteration are symbols.
     known = {n: closed[n] for n in derivation.following if n in closed}
-    if posed.by_joints:
-        return known | dict(zip(names, map(float, posed.rows[row]), strict=True))
+    if posed.by_joints:  # at home none has a name
+        values = map(float, posed.rows[row] if names else ())
+        return known | dict(zip(names, values, strict=True))
     six = case.posture.pose[row]
     values = [*six[:3], *Rotation.from_rotvec(six[3:]).as_euler("xyz")]
     of_pose = dict(zip(("x", "y", "z", "alpha", "beta", "gamma"), map(float, values), strict=True))

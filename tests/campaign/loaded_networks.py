@@ -1,4 +1,4 @@
-"""Random frames and columns under loads, against bodies in the world."""
+"""Random frames under loads, against bodies in the world."""
 # pyright: reportArgumentType=false
 
 from __future__ import annotations
@@ -9,22 +9,18 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 import robostiff as rs
 from robostiff.elasticity import circle, elasticity_from_stiffness, material, rectangle
 from robostiff.model import Actuated, Locked, Passive, PlacedFreedom, PlacedMass
 from robostiff.network import JointElement, Node, SpringElement, beam_between
 from tests.campaign.answers import Complaint, Judge
-from tests.campaign.assembled import Assembly, NotAssembledError, of_network, rigidities
-from tests.campaign.bodies import DeadPull, NoMinimumError, _solved, curvatures, minimum, system
+from tests.campaign.assembled import NotAssembledError, of_network
+from tests.campaign.bodies import DeadPull, NoMinimumError
 from tests.campaign.minima import compare, least
-from tests.generators.chains import random_block, random_rotation
+from tests.generators.chains import random_block, random_rotation, rigidities
 
 _STEEL = material("steel")
-_OF_COLUMNS = 0.03  # of the critical load
-_PIECES = 8
-_UP_TO = 60.0  # four times Euler's load of a hinged column is 39
 
 
 @dataclass
@@ -161,7 +157,7 @@ def loaded_network(rng: np.random.Generator) -> list[Complaint]:
     if unloaded.status & doubt:
         return []
     try:
-        own = of_network(network, 0, frame.sections)
+        own = of_network(network, frame.sections)
         length = own.bodies.length
         scale = np.repeat([length, 1.0], 3)
         F = unloaded.K @ (rng.normal(size=6) * scale * 10 ** rng.uniform(-5, -2))
@@ -181,188 +177,3 @@ def loaded_network(rng: np.random.Generator) -> list[Complaint]:
         return []
     compare(judge, partial(rs.equilibrium, network, None, F, **more), own, truth, scale)
     return judge.complaints
-
-
-def response(rng: np.random.Generator) -> list[Complaint]:
-    """Forces at nodes, at points of beams and along them; small, with reactions in balance."""
-    frame, judge = random_frame(rng), Judge(None, 1.0, False)
-    name = str(rng.choice(list(frame.beams)))
-    a, b, *_ = frame.beams[name]
-    start, end = frame.nodes[a].point, frame.nodes[b].point
-    L, force = float(np.linalg.norm(end - start)), rng.normal(size=3) * 100
-    s = float(rng.choice([0.0, 1.0, rng.uniform(0, 1), rng.uniform(0.005, 0.05)]))
-    along = rng.normal(size=3) * 100 if rng.uniform() < 0.5 else None
-    on_beam: list[Any] = [rs.ForceOnBeam(force, s * L)]
-    if along is not None:
-        on_beam.append(rs.DistributedForce(along))
-    pulled = {
-        node: rng.normal(size=3) * 100
-        for node in frame.nodes
-        if node not in frame.fixed and not node.startswith("h") and rng.uniform() < 0.3
-    }
-    network, acting = frame.network(), dict(pulled) | {name: on_beam}
-    try:
-        found = rs.network_response(network, acting)
-    except rs.NoAnswerError:
-        return []
-    if found.status != rs.Status.OK:
-        return []
-    is_cut = 0 < s < 1
-    cut = frame.network({name: [s]} if is_cut else None)
-    sections = frame.sections
-    sections |= {f"{name} {i}": sections[name] for i in (0, 1)}
-    try:
-        own = of_network(cut, 0, sections)
-    except NotAssembledError:
-        return []
-    forces = [(node, own.behind[node][1], f, np.zeros(3)) for node, f in pulled.items()]
-    place = f"{name} at 0" if is_cut else (a if s == 0 else b)
-    forces.append((place, start + s * (end - start), force, np.zeros(3)))
-    if along is not None:
-        pieces = [(a, start, f"{name} at 0"), (f"{name} at 0", start + s * (end - start), b)]
-        for one, at, other in pieces if is_cut else [(a, start, b)]:
-            to = (end - at) if other == b else s * (end - start)
-            half, couple = (
-                0.5 * np.linalg.norm(to) * along,
-                np.cross(to, along) * np.linalg.norm(to) / 12,
-            )
-            forces += [(one, at, half, couple), (other, at + to, half, -couple)]
-    twists = _linear(own, forces)
-    if twists is None:
-        return []
-    total, size = np.zeros(6), 0.0
-    for _, at, f, couple in forces:
-        total += np.concatenate([f, np.cross(at, f) + couple])
-        size += float(np.abs(f).sum())
-    for node, R in found.reactions.items():
-        at = frame.nodes[node].point
-        total += np.concatenate([R[:3], R[3:] + np.cross(at, R[:3])])
-    if len(found.reactions) == len(frame.fixed) and not np.max(np.abs(total)) <= 1e-7 * size:
-        judge.say(
-            "response", "reactions do not balance the loads", f"{total}, at {s:.2g} of {name}"
-        )
-    scale = np.repeat([own.bodies.length, 1.0], 3)
-    moved = max(float(np.max(np.abs(t / scale))) for t in twists.values())
-    for node, t in found.twists.items():
-        off = float(np.max(np.abs((t - twists[node]) / scale)))
-        if node in twists and not off <= 1e-6 * moved:
-            judge.say("response", "another displacement", f"{node}: {off / moved:.1e}, at {s:.2g}")
-            break
-    return judge.complaints
-
-
-def _linear(own: Assembly, forces: list[tuple[str, Any, Any, Any]]) -> dict[str, np.ndarray] | None:
-    """Twists of all nodes about their points under small loads."""
-    bodies = own.bodies
-    f = np.zeros((len(bodies.centres), 6))
-    for node, at, force, couple in forces:
-        i = own.behind[node][0]
-        arm = np.asarray(at) - bodies.centres[i]
-        f[i] += np.concatenate([bodies.length * force, np.cross(arm, force) + couple])
-    rest = system(bodies, bodies.at_rest())
-    if np.linalg.cond(rest.hessian) > 1e16 and not len(rest.constraints):
-        return None
-    g = f[1:].reshape(-1)
-    x, _ = _solved(bodies, rest, g, np.zeros(len(rest.constraints)), np.zeros(6))
-    moved = np.vstack([np.zeros(6), x.reshape(-1, 6)]) * np.repeat([bodies.length, 1.0], 3)
-    found = {}
-    for node, (i, point) in own.behind.items():
-        shift, turn = moved[i, :3], moved[i, 3:]
-        arm = np.asarray(point) - bodies.centres[i]
-        found[node] = np.concatenate([shift + np.cross(turn, arm), turn])
-    return found
-
-
-# -- columns ------------------------------------------------------------------------------------
-
-
-def column(rng: np.random.Generator) -> list[Complaint]:
-    """The critical load of a column with any ends, by default, against eight elements."""
-    judge = Judge(None, 1.0, False)
-    R, L = random_rotation(rng), float(rng.uniform(0.3, 1.5))
-    section = _section(rng)
-    e = R[:, 0]
-    frame = Frame(fixed=["ground"], platform="platform")
-    for name, x in (("ground", 0.0), ("low", 0.0), ("high", L), ("platform", L)):
-        frame.node(name, x * e)
-    frame.beams["column"] = ("low", "high", section, R[:, 1], rs.EulerBernoulli())
-    EA, EIy, EIz, _ = rigidities(_STEEL, section, rs.EulerBernoulli())
-    k = min(EIy, EIz) / L
-    low, high = (_end(rng, k) for _ in range(2))
-    guide = str(rng.choice(["free", "straight", "turning"]))
-    frame.joints = [
-        JointElement("low joint", "ground", "low", _turns(low, frame.nodes["ground"].point, R)),
-        JointElement("high joint", "high", "platform", _turns(high, L * e, R)),
-    ]
-    if guide != "free":
-        frame.node("slide", L * e)
-        slide = (PlacedFreedom(e, L * e, None, "slide", Passive()),)
-        frame.joints.append(JointElement("guide", "ground", "slide", slide))
-        turns = _turns((0.0, 0.0), L * e, R) if guide == "turning" else ()
-        frame.joints.append(JointElement("head", "slide", "platform", turns))
-    network, F = frame.network(), np.concatenate([-min(EIy, EIz) / L**2 * e, np.zeros(3)])
-    try:
-        own = of_network(network, _PIECES, frame.sections)
-    except NotAssembledError:
-        return []
-    at_rest = curvatures(own.bodies, own.bodies.at_rest())
-    if at_rest[0] < 1e-9 * at_rest[-1]:
-        return []  # it moves freely
-    try:
-        known = critical_factor(own, F, _UP_TO)
-    except NoMinimumError:
-        return []
-    words, strain = f"{low} and {high}, {guide}", min(EIy, EIz) / L**2 / EA  # shorter by that
-    found = rs.critical_load(network, wrench=F, up_to=_UP_TO)
-    if found.is_found != (known is not None) and not (known or found.factor) > 0.97 * _UP_TO:
-        judge.say("column", "critical load of one alone", f"{found} for {known}; {words}")
-    elif known is not None and not abs(found.factor / known - 1) <= _OF_COLUMNS + known * strain:
-        judge.say("column", "another critical load", f"{found.factor:.4g} for {known:.4g}; {words}")
-    if known is not None:
-        beyond = rs.equilibrium(network, wrench=1.1 * known * F)
-        bad = rs.Status.BEYOND_CRITICAL_LOAD | rs.Status.UNSTABLE | rs.Status.NO_EQUILIBRIUM
-        if not beyond.status & bad:
-            judge.say("column", "stable beyond its critical load", f"{beyond.status}; {words}")
-        below = rs.equilibrium(network, wrench=0.9 * known * F)
-        if below.status & bad:
-            judge.say("column", "unstable below its critical load", f"{below.status}; {words}")
-    return judge.complaints
-
-
-def _end(rng: np.random.Generator, k: float) -> tuple[float, float] | None:
-    """Stiffness against the two turns across the column; None of a clamped end."""
-    sort = rng.uniform()
-    if sort < 0.35:
-        return None
-    if sort < 0.65:
-        return 0.0, 0.0
-    a, b = 10 ** rng.uniform(-0.5, 1.5, 2) * k
-    return float(a), float(b)
-
-
-def _turns(
-    stiffness: tuple[float, float] | None, point: np.ndarray, R: np.ndarray
-) -> tuple[Any, ...]:
-    roles = [Locked(k) if k else Passive() for k in stiffness or ()]
-    return tuple(
-        PlacedFreedom(R[:, 1 + i], point, 0.0, f"turn{i}", role) for i, role in enumerate(roles)
-    )
-
-
-def critical_factor(own: Assembly, F: np.ndarray, up_to: float) -> float | None:
-    """Where the least curvature of the energy vanishes on the way of a growing wrench."""
-    state = None
-
-    def curvature(factor: float) -> float:
-        nonlocal state
-        found = minimum(own.bodies, factor * F, 1.0, state)
-        curved = float(curvatures(own.bodies, found.state)[0])
-        state = found.state if curved > 0 else state
-        return curved
-
-    low, high = 0.0, 1.0
-    while curvature(high) > 0:
-        low, high = high, 1.6 * high
-        if low > up_to:
-            return None
-    return float(brentq(curvature, low, high, xtol=1e-3 * high, rtol=1e-3))

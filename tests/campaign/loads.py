@@ -383,8 +383,6 @@ def _beside(rng: np.random.Generator, case: Case, force: float, point: np.ndarra
 SHARES: dict[str, tuple[float, Callable[[np.random.Generator], list[Complaint]]]] = {
     "robots": (50, loaded_robot),
     "networks": (20, loaded_networks.loaded_network),
-    "loads on beams": (10, loaded_networks.response),
     "linkages": (10, loaded_linkage),
     "cables": (6, loaded_cables.cable_robot),
-    "columns": (8, loaded_networks.column),
 }

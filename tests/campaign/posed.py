@@ -19,8 +19,7 @@ from robostiff.model import ALL_COORDINATES, Element, Joint, JointKind
 from robostiff.robots import robot_file, shipped_robots
 from robostiff.spatial import Frame
 from tests.campaign.random_files import arm, platform
-from tests.generators.elements import BAR, ROD, STEEL, random_element, random_transform
-from tests.generators.elements import KINDS as ELEMENTS
+from tests.generators.elements import BAR, ROD, STEEL, random_transform
 from tests.generators.kernel_robots import HAND_MADE
 from tests.generators.legs import PLANAR, RODS, SCREWS, SLIDING, STRUTS, random_leg
 
@@ -148,18 +147,6 @@ def _on(leg: rs.Leg, home: Frame, name: str) -> rs.Leg:
     base = home @ leg.attachment @ Frame(end.R, end.p).inverse
     U, _, V = np.linalg.svd(base.R)
     return replace(leg, name=name, base=Frame(U @ V, base.p))
-
-
-def _arm(rng: np.random.Generator, count: int) -> Posed:
-    """A serial chain of any elements, posed by its joints: home, and around it."""
-    while True:
-        kinds = [ELEMENTS[rng.integers(len(ELEMENTS))] for _ in range(int(rng.integers(1, 7)))]
-        chain = rs.Chain(tuple(random_element(kind, rng) for kind in kinds))
-        if chain.has_compliance:
-            break
-    leg = rs.Leg("arm", random_transform(rng), chain, random_transform(rng, 0.2))
-    robot = rs.Robot("arm", (leg,), coordinates=())
-    return Posed(robot, _joints_near_home(rng, robot, count), by_joints=True)
 
 
 def _joints_near_home(rng: np.random.Generator, robot: rs.Robot, count: int) -> np.ndarray:
@@ -291,7 +278,6 @@ KINDS: dict[str, Callable[[np.random.Generator, int], Posed | None]] = {
     "one leg": _one_leg,
     "several legs": _several_legs,
     "coupled legs": _coupled,
-    "arm": _arm,
     "driven arm": _driven_arm,
     "structure": _structure,
     "hand-made": _hand_made,

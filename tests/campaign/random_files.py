@@ -28,10 +28,9 @@ _TURNS = {"N m/rad": 1.0, "kN m/rad": 1e3, "N m/mrad": 1e3, "N m/deg": 180 / mat
 class Draw:
     """Random parts of a file, as they are written."""
 
-    def __init__(self, rng: np.random.Generator, *, plain: bool = False) -> None:
+    def __init__(self, rng: np.random.Generator) -> None:
         self.rng = rng
         self.size = 0.4
-        self.plain = plain  # uniform beams and springs along axes alone, no screws
 
     def one(self, options: Any) -> Any:
         return options[int(self.rng.integers(len(options)))]
@@ -120,7 +119,7 @@ class Draw:
         }
         if shear:
             own["theory"] = "timoshenko"
-        if self.chance(0.3) and not self.plain:
+        if self.chance(0.3):
             s = round(float(self.rng.uniform(0.2, 0.6)), 3)
             own["taper"] = [
                 {"share": s, "section": self.section(shear)},
@@ -132,7 +131,7 @@ class Draw:
 
     def matrix(self, stiffness: bool) -> dict[str, Any]:
         scale = np.array([1e7] * 3 + [1e7 * self.size**2] * 3) * self.rng.uniform(0.2, 5, 6)
-        if self.plain or self.chance(0.5):
+        if self.chance(0.5):
             if stiffness:
                 return {
                     "stiffness": [
@@ -159,7 +158,6 @@ class Draw:
 
     def joint(self, passive: bool, home: float = 0.6) -> dict[str, Any]:
         kinds = ["revolute", "revolute", "prismatic", "helical"]
-        kinds = kinds[: 3 if self.plain else 4]
         kind = self.one(
             [*kinds, "universal", "spherical", "cylindrical", "planar"] if passive else kinds
         )
@@ -252,7 +250,7 @@ class Draw:
         couplings = []
         for first in followers:
             others = [p for p in single if p is not first]
-            if self.plain or not others or not self.chance(share):
+            if not others or not self.chance(share):
                 continue
             slides = first["type"] == "prismatic"
             terms = {first["name"]: self.one([1, float(self.rng.uniform(0.5, 2))])}
@@ -292,24 +290,24 @@ def _frame_data(T: np.ndarray) -> dict[str, Any]:
     return {"at": T[:3, 3].tolist(), "rotation_vector": rotation_vector(T[:3, :3]).tolist()}
 
 
-def arm(rng: np.random.Generator, *, plain: bool = False) -> str:
+def arm(rng: np.random.Generator) -> str:
     """A serial arm posed by its joints, perhaps with passive joints and with couplings."""
-    draw = Draw(rng, plain=plain)
+    draw = Draw(rng)
     chain = draw.coupled(draw.chain(0.15 if draw.chance(0.6) else 0.4, int(rng.integers(3, 9))))
     leg: dict[str, Any] = {"name": "arm", "base": draw.frame(), **chain}
     return _written("arm", legs=[leg], reference_point=draw.point(0.2))
 
 
-def platform(rng: np.random.Generator, *, plain: bool = False) -> str:
+def platform(rng: np.random.Generator) -> str:
     """A platform on two to four legs that close at home."""
-    draw = Draw(rng, plain=plain)
+    draw = Draw(rng)
     home = draw.frame()
     if not any(key in home for key in ("turn", "rotation_vector", "matrix", "axes")):
         home["turn"] = [{"z": "20 deg"}]
     P, legs = np.linalg.inv(frame(home, {})), []
     for i in range(int(rng.integers(2, 5))):
         chain, base = draw.chain(0.75, int(rng.integers(2, 7))), draw.frame()
-        if not plain and draw.chance(0.15):
+        if draw.chance(0.15):
             chain.insert(int(rng.integers(len(chain) + 1)), draw.block())
         own = draw.coupled(chain, 0.3)
         end = _frame_data(P @ _end(own, base))

@@ -1,17 +1,19 @@
-"""Stiffness and compliance of a robot at a pose in 50 digits, from plain geometry.
+"""Stiffness and compliance of a machine at a pose in 50 digits, from plain geometry.
 
-Written apart from the package: a leg, a branch of a block, and the robot itself are all one thing,
-chains that carry wrenches. The unknowns are the wrenches f of all chains about one point. A passive
-joint takes the work of its twist from them, J^T f = 0; the wrenches of a block's branches add up to
-that of the chain that holds the block. Among what is left, f = N z, the energy 1/2 z^T A z with
-A = N^T C N is least. Ranks are decided in double precision, on unit wrenches; numbers are computed
-in balls of 180 bits.
+Written apart from the package: a leg, a branch of a block, a part of a platform and a connection of
+a linkage are all one thing, chains that carry wrenches. The unknowns are the wrenches f of all
+chains about one point, and what sums of joints carry. A passive joint takes the work of its twist
+from them, J^T f = 0; wrenches on a body are in balance. Among what is left, f = N z, the energy
+1/2 z^T A z with A = N^T C N is least. Ranks are decided in double precision, on unit wrenches;
+numbers are computed in balls of 180 bits.
 """
 # pyright: reportOperatorIssue=false
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from flint import arb, arb_mat, ctx
@@ -26,7 +28,7 @@ from robostiff.model import (
     PlacedSpring,
     Snapshot,
 )
-from robostiff.spatial import Screw, Space
+from robostiff.spatial import Screw
 from tests.campaign.balls import certain, cross, cut, floats, of_rank, put, stacked
 
 BITS = 180
@@ -64,28 +66,57 @@ class Reference:
 
 
 @dataclass
-class _Chain:
-    """A chain: its springs as (T, C, directions), its twists, and who holds it."""
+class Chain:
+    """Springs and passive twists one after the other, each with its factors in sums of joints."""
 
-    parent: int | None
-    block: int | None
-    springs: list[tuple[arb_mat, arb_mat, np.ndarray]] = field(default_factory=list)
-    twists: list[arb_mat] = field(default_factory=list)
+    springs: list[tuple[arb_mat, arb_mat, np.ndarray, dict[int, float]]] = field(
+        default_factory=list
+    )
+    twists: list[tuple[arb_mat, dict[int, float]]] = field(default_factory=list)
 
 
-def reference(snapshot: Snapshot) -> Reference | None:
-    """Stiffness, compliance and rank of a snapshot at one pose, on a rigid platform.
+@dataclass
+class Carriers:
+    """Chains between bodies, of which some act on the platform.
 
-    None where a rank that double precision decided leaves a singular system: no verdict.
+    Attributes
+    ----------
+    chains : list of Chain
+    balances : list of dict of int to float
+        Signs of the chains whose wrenches add up to zero.
+    ends : dict of int to float
+        Those of the chains whose wrenches add up to that on the platform.
+    sums : list of float or None
+        Stiffness of the sums of joints; None where they are held.
     """
-    before = ctx.prec
-    ctx.prec = BITS
-    try:
-        return _Whole(snapshot).answer()
-    except ZeroDivisionError:
-        return None
-    finally:
-        ctx.prec = before
+
+    chains: list[Chain] = field(default_factory=list)
+    balances: list[dict[int, float]] = field(default_factory=list)
+    ends: dict[int, float] = field(default_factory=dict)
+    sums: list[float | None] = field(default_factory=list)
+
+    def chain(self) -> int:
+        """A new chain, by its number."""
+        self.chains.append(Chain())
+        return len(self.chains) - 1
+
+    def block(self, number: int, inside: list[int]) -> None:
+        """Chains side by side carry together what another one carries."""
+        self.balances.append({number: -1.0, **dict.fromkeys(inside, 1.0)})
+
+
+Sums = Sequence[tuple[Mapping[str, float], float | None]]
+
+
+def reference(snapshot: Snapshot, sums: Sums = ()) -> Reference | None:
+    """Stiffness, compliance and rank of a snapshot at one pose.
+
+    Sums of joints, which have factors by their names, are held, or have a stiffness. None where a
+    rank that double precision decided leaves a singular system: no verdict.
+    """
+    points = _points(snapshot)
+    whole = Whole(snapshot.space.rows, snapshot.reference_point, _extent(snapshot), points)
+    return whole.answer(lambda: _carriers(whole, snapshot, sums))
 
 
 def redundant_joints(snapshot: Snapshot) -> list[tuple[int, int]]:
@@ -93,52 +124,109 @@ def redundant_joints(snapshot: Snapshot) -> list[tuple[int, int]]:
 
     Joints of branches are left alone.
     """
-    whole, found = _Whole(snapshot), []
+    whole, found = Whole(snapshot.space.rows, snapshot.reference_point, _extent(snapshot)), []
     for number, leg in enumerate(snapshot.legs):
         passive = [
             place
             for place, part in enumerate(leg.elements)
             if isinstance(part, PlacedFreedom) and isinstance(part.role, Passive)
         ]
-        chain = _Chain(None, None)
+        chain = Chain()
         for place in passive:
             part = leg.elements[place]
             assert isinstance(part, PlacedFreedom)
-            whole._joint(chain, part)
+            whole.joint(chain, part)
         if len(chain.twists) < len(passive) or len(passive) < 2:  # one does not move anything
             continue
-        rank = _rank(chain.twists, whole.scale)
+        twists = [twist for twist, _ in chain.twists]
+        rank = _rank(twists, whole.scale)
         for i, place in enumerate(passive):
-            if _rank(chain.twists[:i] + chain.twists[i + 1 :], whole.scale) == rank:
+            if _rank(twists[:i] + twists[i + 1 :], whole.scale) == rank:
                 found.append((number, place))
     return found
 
 
-class _Whole:
-    def __init__(self, snapshot: Snapshot) -> None:
-        self.snapshot = snapshot
-        self.rows = [0, 1, 5] if snapshot.space is Space.PLANAR else list(range(6))
+def _carriers(whole: Whole, snapshot: Snapshot, sums: Sums) -> list[Carriers]:
+    """Those of each leg; with sums of joints and on a flexible platform, all together."""
+
+    def grow(own: Carriers, leg: PlacedLeg) -> int:
+        here = own.chain()
+        for element in leg.elements:
+            if isinstance(element, PlacedBlock):
+                own.block(here, [grow(own, branch) for branch in element.branches])
+            elif isinstance(element, PlacedSpring):
+                whole.spring(own.chains[here], element)
+            else:
+                factors = {k: s[element.name] for k, (s, _) in enumerate(sums) if element.name in s}
+                whole.joint(own.chains[here], element, factors)
+        return here
+
+    if snapshot.platform is None and not sums:
+        legs = [Carriers() for _ in snapshot.legs]
+        for own, leg in zip(legs, snapshot.legs, strict=True):
+            own.ends = {grow(own, leg): 1.0}
+        return legs
+    own, placed = Carriers(sums=[k for _, k in sums]), snapshot.platform
+    if placed is None:
+        own.ends = {grow(own, leg): 1.0 for leg in snapshot.legs}
+        return [own]
+    on_nodes: dict[str, dict[int, float]] = {node.name: {} for node in placed.platform.nodes}
+    for leg, node in zip(snapshot.legs, placed.holds, strict=True):
+        on_nodes[node][grow(own, leg)] = 1.0
+    for part in placed.platform.parts:
+        number = own.chain()
+        on_nodes[part.a][number], on_nodes[part.b][number] = -1.0, 1.0
+        point, axes = placed.in_world(part.point), placed.rotation @ part.axes
+        spring = PlacedSpring(part.name, point, axes, part.elasticity)
+        whole.spring(own.chains[number], spring)
+    own.ends = on_nodes.pop(placed.platform.tool)
+    own.balances += [balance for balance in on_nodes.values() if balance]
+    return [own]
+
+
+class Whole:
+    """A machine: its space, the point of its stiffness, its length, and a place amid it."""
+
+    def __init__(
+        self,
+        rows: Sequence[int],
+        given: np.ndarray,
+        length: float,
+        points: Sequence[np.ndarray] = (),
+    ) -> None:
+        self.rows = list(rows)
         self.n = len(self.rows)
         self.shifts = 2 if self.n == 3 else 3
-        self.length, centre = _extent(snapshot), _centre(snapshot)
-        self.given = np.asarray(snapshot.reference_point, dtype=float).reshape(3)
-        # Unit twists about a point far away differ little: ranks are decided amid the robot.
+        self.length = length
+        self.given = np.asarray(given, dtype=float).reshape(3)
+        # Unit twists about a point far away differ little: ranks are decided amid the machine.
+        centre = np.mean(points, axis=0) if len(points) else self.given
         far = np.linalg.norm(self.given - centre) > _FAR * self.length
         self.at = centre if far else self.given
         self.scale = np.array([1.0] * self.shifts + [self.length] * (self.n - self.shifts))
         self.margins: list[float] = []
 
-    def answer(self) -> Reference:
-        legs = [self._chains_of(leg) for leg in self.snapshot.legs]
-        solved = [_Leg(self, chains) for chains in legs]
-        held = np.hstack([leg.held for leg in solved])
+    def answer(self, made: Callable[[], list[Carriers]]) -> Reference | None:
+        """What is true of carriers side by side, which are made in balls of so many bits."""
+        before = ctx.prec
+        ctx.prec = BITS
+        try:
+            return self._answer(made())
+        except ZeroDivisionError:
+            return None
+        finally:
+            ctx.prec = before
+
+    def _answer(self, carriers: list[Carriers]) -> Reference:
+        solved = [_Solved(self, own) for own in carriers]
+        held = np.hstack([own.held for own in solved])
         rank = self.rank_of(held)
-        is_rigid = any(leg.is_rigid for leg in solved)
+        is_rigid = any(own.is_rigid for own in solved)
         K = None
         if not is_rigid:
             total = arb_mat(self.n, self.n)
-            for leg in solved:
-                total += leg.stiffness()
+            for own in solved:
+                total += own.stiffness()
             X = self._shift(1)
             K = floats(X.transpose() * total * X)
         inverse = self._compliance(solved) if rank == self.n else None
@@ -147,7 +235,8 @@ class _Whole:
             X = self._shift(-1)
             C = certain(X * inverse * X.transpose())
             aligned = max([DOUBT[0], *(value for value in self.margins if value < CUT)])
-            if C is not None and np.max(np.abs(C)) <= aligned**2 * self._softest():
+            softest = max((own.softest for own in solved), default=0.0)
+            if C is not None and np.max(np.abs(C)) <= aligned**2 * softest:
                 C = np.zeros_like(C)  # the square of what axes that count as aligned are off
         low, high = DOUBT
         return Reference(
@@ -156,23 +245,10 @@ class _Whole:
             rank=rank,
             is_rigid=is_rigid,
             is_free=rank < self.n,
-            is_redundant=any(leg.is_redundant for leg in solved),
+            is_redundant=any(own.is_redundant for own in solved),
             in_doubt=any(low < value < high for value in self.margins),
             margins=tuple(sorted(value for value in self.margins if value < high)),
         )
-
-    def _softest(self) -> float:
-        """Largest compliance of a spring."""
-        parts = [part for leg in self.snapshot.legs for part in leg.parts]
-        k = [
-            part.role.stiffness
-            for part in parts
-            if isinstance(part, PlacedFreedom)
-            and not isinstance(part.role, Passive)
-            and part.role.stiffness is not None
-        ]
-        own = [np.max(p.elasticity.compliance) for p in parts if isinstance(p, PlacedSpring)]
-        return max([*(1 / float(one) for one in k), *map(float, own)], default=0.0)
 
     def rank_of(self, matrix: np.ndarray) -> int:
         """Rank by singular values; those near the cut are kept as margins."""
@@ -191,7 +267,7 @@ class _Whole:
         put(X, arb_mat([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]]), 0, 3)
         return cut(X, self.rows, self.rows)
 
-    def _compliance(self, legs: list[_Leg]) -> arb_mat | None:
+    def _compliance(self, legs: list[_Solved]) -> arb_mat | None:
         """From min 1/2 z^T A z under P z = F, all legs at once; its multiplier is the twist."""
         size = sum(leg.A.nrows() for leg in legs)
         G = np.zeros((sum(len(leg.G) for leg in legs), size))
@@ -218,28 +294,13 @@ class _Whole:
         last = range(m, m + self.n)
         return -1 * cut(inverse, last, last)
 
-    def _chains_of(self, leg: PlacedLeg) -> tuple[list[_Chain], int]:
-        chains: list[_Chain] = []
-        blocks = 0
-
-        def grow(own: PlacedLeg, parent: int | None, block: int | None) -> None:
-            nonlocal blocks
-            here = len(chains)
-            chains.append(_Chain(parent, block))
-            for element in own.elements:
-                if isinstance(element, PlacedBlock):
-                    number, blocks = blocks, blocks + 1
-                    for branch in element.branches:
-                        grow(branch, here, number)
-                elif isinstance(element, PlacedSpring):
-                    self._spring(chains[here], element)
-                else:
-                    self._joint(chains[here], element)
-
-        grow(leg, None, None)
-        return chains, blocks
-
-    def _joint(self, chain: _Chain, joint: PlacedFreedom) -> None:
+    def joint(
+        self,
+        chain: Chain,
+        joint: PlacedFreedom | CoupledFreedom,
+        sums: Mapping[int, float] = MappingProxyType({}),
+    ) -> None:
+        """A joint in a chain, with its factors in sums of joints."""
         moves = joint.moves if isinstance(joint, CoupledFreedom) else [("", 1.0, joint)]
         twist = [arb(0)] * 6
         for _, share, screw in moves:
@@ -249,10 +310,10 @@ class _Whole:
         column = arb_mat(self.n, 1, [twist[row] for row in self.rows])
         if isinstance(joint.role, Passive):
             if any(x != 0 for x in np.ravel(floats(column))):
-                chain.twists.append(column)
+                chain.twists.append((column, dict(sums)))
         elif joint.role.stiffness is not None:
             C = arb_mat([[1 / arb(float(joint.role.stiffness))]])
-            chain.springs.append((column.transpose(), C, np.eye(1)))
+            chain.springs.append((column.transpose(), C, np.eye(1), dict(sums)))
 
     def _twist(self, joint: PlacedFreedom | Screw) -> list[arb]:
         axis = [arb(float(x)) for x in np.ravel(joint.axis)]
@@ -265,7 +326,8 @@ class _Whole:
         h = arb(float(joint.pitch))
         return [*(c + h * e for c, e in zip(cross(axis, arm), axis, strict=True)), *axis]
 
-    def _spring(self, chain: _Chain, spring: PlacedSpring) -> None:
+    def spring(self, chain: Chain, spring: PlacedSpring) -> None:
+        """An elastic part in a chain."""
         R = arb_mat(np.reshape(spring.rotation, (3, 3)).tolist()).transpose()
         r = [
             arb(float(o)) - arb(float(p))
@@ -280,7 +342,7 @@ class _Whole:
         C = np.reshape(spring.elasticity.compliance, (6, 6))
         for twist in np.reshape(spring.elasticity.freedoms, (6, -1)).T:
             column = T.transpose() * arb_mat(6, 1, [float(x) for x in twist])
-            chain.twists.append(column)
+            chain.twists.append((column, {}))
         s = np.repeat([1.0, self.length], 3)
         size = np.sqrt(np.maximum(np.diag(C) * s * s, 0))
         soft = size > 0  # scaled to a unit diagonal: softness is no geometry
@@ -292,37 +354,23 @@ class _Whole:
             U = np.zeros((6, len(values)))
             U[soft] = vectors
             U = U[:, values > _ZERO]
-        chain.springs.append((T, of_rank(C, U, soft), U))
+        chain.springs.append((T, of_rank(C, U, soft), U, {}))
 
 
-class _Leg:
-    """Wrenches that one leg can carry: f = N z, their energy A, and P z at its end."""
+class _Solved:
+    """Wrenches that carriers can carry: f = N z, their energy A, and P z on the platform."""
 
-    def __init__(self, whole: _Whole, made: tuple[list[_Chain], int]) -> None:
-        chains, blocks = made
+    def __init__(self, whole: Whole, own: Carriers) -> None:
         n, s = whole.n, whole.scale
-        size = n * len(chains)
-        rows: list[arb_mat] = []
-        for i, chain in enumerate(chains):
-            for twist in chain.twists:
-                norm = float(np.linalg.norm(np.ravel(floats(twist)) * s))
-                row = arb_mat(1, size)
-                put(row, twist.transpose() * (1 / arb(norm)), 0, n * i)
-                rows.append(row)
-        for block in range(blocks):
-            inside = [i for i, chain in enumerate(chains) if chain.block == block]
-            parent = chains[inside[0]].parent
-            for k in range(n):
-                row = arb_mat(1, size)
-                row[0, n * parent + k] = -1 / arb(float(s[k]))
-                for i in inside:
-                    row[0, n * i + k] = 1 / arb(float(s[k]))
-                rows.append(row)
-        unit = np.tile(s, len(chains))
+        count = n * len(own.chains)
+        size = count + len(own.sums)
+        unit = np.concatenate([np.tile(s, len(own.chains)), self._units(own, s)])
+        rows = self._rows(own, n, s, size)
         B = np.array([np.ravel(floats(row)) for row in rows]).reshape(-1, size) * unit
         rank = whole.rank_of(B)
         self.is_redundant = any(
-            chain.twists and _rank(chain.twists, s) < len(chain.twists) for chain in chains
+            chain.twists and _rank([twist for twist, _ in chain.twists], s) < len(chain.twists)
+            for chain in own.chains
         )
         chosen, basic = _pivots(B, rank)
         free = [i for i in range(size) if i not in set(basic)]
@@ -334,35 +382,78 @@ class _Leg:
                     N[place, j] = -X[i, j]
         for j, place in enumerate(free):
             N[place, j] = 1
-        self.P = cut(N, range(n), range(len(free)))
+        places = range(len(free))
+        of_chain = [cut(N, range(n * i, n * i + n), places) for i in range(len(own.chains))]
+        of_sum = [cut(N, [count + i], places) for i in range(len(own.sums))]
+        self.P = arb_mat(n, len(free))
+        for i, sign in own.ends.items():
+            self.P += arb(sign) * of_chain[i]
         self.A = arb_mat(len(free), len(free))
-        felt = []
-        for i, chain in enumerate(chains):
-            own = cut(N, range(n * i, n * i + n), range(len(free)))
-            for T, C, U in chain.springs:
-                w = T * own
+        felt, self.softest = [], 0.0
+        for i, chain in enumerate(own.chains):
+            for T, C, U, sums in chain.springs:
+                w = T * of_chain[i]
+                for k, factor in sums.items():
+                    w -= arb(factor) * of_sum[k]
                 self.A += w.transpose() * C * w
+                self.softest = max(self.softest, float(np.max(floats(C))))
                 weight = np.ones(1) if T.nrows() == 1 else np.repeat([1.0, whole.length], 3)
                 felt.append(U.T @ (floats(w) / weight[:, None]))
+        for w, k in zip(of_sum, own.sums, strict=True):
+            if k is not None:
+                self.A += w.transpose() * w * (1 / arb(k))
+                felt.append(floats(w))
         G = np.vstack(felt) if felt else np.zeros((0, len(free)))
         # decisions on orthonormal wrenches
         basis = null_space(B, rcond=CUT) if len(B) else np.eye(size)
         basis = basis[:, : size - rank]
         z = basis[free] * unit[free][:, None]
-        end = self._orthonormal(basis[:n], whole)
-        self.held = end
+        end = sum((sign * basis[n * i : n * i + n] for i, sign in own.ends.items()), 0.0)
+        self.held = self._orthonormal(np.asarray(end), whole)
         self.of_G = whole.rank_of(G @ z) if free else 0
         V = np.linalg.svd(G @ z)[2] if free else np.zeros((0, 0))
         # A row of rounding, made a unit row, would be a pivot.
         self.G = np.where(np.linalg.norm(G @ z, axis=1, keepdims=True) > CUT, G, 0.0)
         idle = V[self.of_G :].T
-        carried = basis[:n] @ idle if free else np.zeros((n, 0))
+        carried = end @ idle if free else np.zeros((n, 0))
         whole.margins += [float(v) for v in np.ravel(np.abs(carried)) if 1e-12 < v < DOUBT[1]]
         self.is_rigid = bool(np.any(np.abs(carried) > 1e-8))
         self.n = n
 
     @staticmethod
-    def _orthonormal(columns: np.ndarray, whole: _Whole) -> np.ndarray:
+    def _units(own: Carriers, s: np.ndarray) -> np.ndarray:
+        """Of what sums of joints carry: so large that joints feel no more than of unit wrenches."""
+        most = np.full(len(own.sums), 1e-300)
+        for chain in own.chains:
+            parts = [*chain.twists, *((T.transpose(), sums) for T, _, _, sums in chain.springs)]
+            for column, sums in parts:
+                for k, factor in sums.items():
+                    size = float(np.linalg.norm(np.ravel(floats(column)) * s))
+                    most[k] = max(most[k], abs(factor) / size)
+        return 1 / most
+
+    @staticmethod
+    def _rows(own: Carriers, n: int, s: np.ndarray, size: int) -> list[arb_mat]:
+        """Work on passive joints, and balances, of unit wrenches."""
+        rows: list[arb_mat] = []
+        for i, chain in enumerate(own.chains):
+            for twist, sums in chain.twists:
+                norm = arb(float(np.linalg.norm(np.ravel(floats(twist)) * s)))
+                row = arb_mat(1, size)
+                put(row, twist.transpose() * (1 / norm), 0, n * i)
+                for k, factor in sums.items():
+                    row[0, n * len(own.chains) + k] = -arb(factor) / norm
+                rows.append(row)
+        for balance in own.balances:
+            for k in range(n):
+                row = arb_mat(1, size)
+                for i, sign in balance.items():
+                    row[0, n * i + k] = arb(sign) / arb(float(s[k]))
+                rows.append(row)
+        return rows
+
+    @staticmethod
+    def _orthonormal(columns: np.ndarray, whole: Whole) -> np.ndarray:
         rank = whole.rank_of(columns)
         U, _, _ = np.linalg.svd(columns, full_matrices=False)
         return U[:, :rank]
@@ -408,10 +499,6 @@ def _points(snapshot: Snapshot) -> list[np.ndarray]:
             if isinstance(part, PlacedSpring) or part.pitch is not None:
                 points.append(np.ravel(part.point))
     return points
-
-
-def _centre(snapshot: Snapshot) -> np.ndarray:
-    return np.mean(_points(snapshot), axis=0)
 
 
 def _pivots(B: np.ndarray, rank: int) -> tuple[list[int], list[int]]:

@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
+
+from tests.generators.chains import beam_compliance_of
 
 _UNITS = {
     "m": 1,
@@ -184,7 +187,7 @@ class Stretching:
 
     along: np.ndarray
     axes: np.ndarray
-    beams: list[tuple[float, float, tuple[Any, File, dict[str, float]]]]
+    beams: list[tuple[float, float, Callable[[float], np.ndarray]]]
 
 
 @dataclass
@@ -231,18 +234,6 @@ def section(written: Any, nu: float, scope: dict[str, float], named: dict[str, A
     B, H = b - 2 * t, h - 2 * t
     J = 2 * t * ((b - t) * (h - t)) ** 2 / (b + h - 2 * t)
     return b * h - B * H, (b * h**3 - B * H**3) / 12, (h * b**3 - H * B**3) / 12, J, None, None
-
-
-def cantilever(L: float, EG: tuple[float, float], s: Any, shear: bool) -> np.ndarray:
-    """Compliance of the tip of a beam, in its own axes."""
-    (E, G), (A, Iy, Iz, J, ky, kz) = EG, s
-    y, z = ((L / (k * G * A)) for k in (ky, kz)) if shear else (0.0, 0.0)
-    C = np.diag(
-        [L / E / A, L**3 / 3 / E / Iz + y, L**3 / 3 / E / Iy + z, L / G / J, L / E / Iy, L / E / Iz]
-    )
-    C[1, 5] = C[5, 1] = L**2 / 2 / E / Iz
-    C[2, 4] = C[4, 2] = -(L**2) / 2 / E / Iy
-    return C
 
 
 def beam_axes(along: np.ndarray, y: np.ndarray | None) -> np.ndarray:
@@ -303,10 +294,14 @@ class File:
         for piece in pieces:
             share = number(piece["share"], scope)
             left -= share
-            EG, nu = self.material(piece.get("material", own.get("material")), scope)
-            s = section(piece["section"], nu, scope, self.data.get("sections", {}))
+            (E, G), nu = self.material(piece.get("material", own.get("material")), scope)
+            A, Iy, Iz, torsion, *k = section(
+                piece["section"], nu, scope, self.data.get("sections", {})
+            )
             J = moved(np.array([left * L, 0, 0]))  # from the end of the piece to the tip
-            C += J @ cantilever(share * L, EG, s, shear) @ J.T
+            sizes = E * A, E * Iy, E * Iz, G * torsion
+            sizes += tuple(1 / (factor * G * A) for factor in k) if shear else ()
+            C += J @ beam_compliance_of(share * L, *sizes) @ J.T
         return C
 
     def soft(self, own: dict[str, Any], scope: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -441,7 +436,7 @@ class File:
                             (
                                 number(rod.get("fixed", 0), scope),
                                 number(rod.get("share", share), scope),
-                                (rod, self, scope),
+                                lambda L, rod=rod: self.beam(L, rod, scope),
                             )
                             for rod in rods
                         ],

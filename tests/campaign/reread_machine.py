@@ -2,11 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+import robostiff as rs
+from robostiff.model import (
+    FlexiblePlatform,
+    JointKind,
+    ParallelBlock,
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedPlatform,
+    PlacedSpring,
+    PlatformNode,
+    PlatformPart,
+)
+from robostiff.spatial import Space
+from tests.campaign.reference import Reference, reference
 from tests.campaign.reread import (
     Ball,
     Block,
@@ -26,6 +42,7 @@ from tests.campaign.reread import (
     turned,
     vector,
 )
+from tests.generators.chains import beam_compliance_of, rigidities
 
 _PLACES = {name: i for i, name in enumerate(("x", "y", "z", "rx", "ry", "rz"))}
 # Of a step in rad and m, of the way, and of the least singular value at home.
@@ -37,7 +54,7 @@ class NotClosedError(Exception):
 
 
 class Machine:
-    """A model file as one system of coordinates, loops and springs."""
+    """A model file, or a robot, as one system of coordinates, loops and springs."""
 
     def __init__(
         self,
@@ -46,6 +63,7 @@ class Machine:
         *,
         text: str | None = None,
         shipped: Path | None = None,
+        robot: rs.Robot | None = None,
     ) -> None:
         self.file = File(Path(path), given or {}, text=text)
         self.shipped = shipped
@@ -53,7 +71,11 @@ class Machine:
         self.rows = [0, 1, 5] if data.get("planar") else list(range(6))
         self.reference = vector(data.get("reference_point", (0, 0, 0)), scope)
         self.home = frame(data.get("home"), scope)
-        if "modules" in data:
+        if robot is not None:
+            self.rows, self.reference = list(robot.space.rows), np.asarray(robot.reference_point)
+            self.home = np.eye(4) if robot.home is None else _matrix(robot.home)
+            self.legs = [_branch(leg.base, leg.chain, leg.attachment) for leg in robot.legs]
+        elif "modules" in data:
             self.legs = [Branch(np.eye(4), self._modules(self.file), np.eye(4), [])]
         else:
             self.legs = self.file.legs(data, scope)
@@ -269,193 +291,130 @@ class Machine:
 
     # -- how stiff it is
 
-    def stiffness(self, q: np.ndarray, P: np.ndarray) -> np.ndarray:
-        """K about the reference point, by one system of strains, motions and twists of bodies."""
-        system = _System(self.rows)
-        origin = P[:3, :3] @ self.reference + P[:3, 3]
-        ends = [self._equations(leg, np.eye(4), q, system, origin) for leg in self.legs]
-        motions = {i: system.free(1) for i in range(self.size)}
-        for i, columns in system.columns_of_motions:
-            system.add(columns[0], motions[i], columns[1])
-        for motion in self.motions:
-            i = self.places[id(motion)]
-            for j in range(1 if isinstance(motion, Motion) else 3):
-                if motion.role == "passive":
-                    continue
-                row = system.row(1)
-                system.add(row, motions[i + j], np.ones((1, 1)))
-                if motion.stiffness is not None:
-                    k = number(motion.stiffness, {**motion.scope, "q": float(q[i + j])})
-                    system.add(row, system.strain(1), np.array([[-1 / np.sqrt(k)]]))
+    def stiffness(self, q: np.ndarray, P: np.ndarray) -> Reference | None:
+        """What is true of it about the reference point, all its parts in the world."""
+        R, sums = P[:3, :3], []
         for terms, _, k, _ in self.held:
-            row = system.row(1)
-            for i, f in terms.items():
-                system.add(row, motions[i], np.array([[f]]))
-            if k is not None:
-                system.add(row, system.strain(1), np.array([[-1 / np.sqrt(k)]]))
-        self._platform(system, ends, P, origin)
-        return system.stiffness()
+            sums.append(({str(i): float(f) for i, f in terms.items()}, k))
+        legs = [
+            PlacedLeg(f"leg {i}", tuple(self._placed(leg, np.eye(4), q)), P[:3, 3])
+            for i, leg in enumerate(self.legs)
+        ]
+        origin, space = R @ self.reference + P[:3, 3], Space.of_size(len(self.rows))
+        platform = self._platform(R, P[:3, 3])
+        return reference(rs.Snapshot("own", tuple(legs), origin, space, platform=platform), sums)
 
-    def _platform(
-        self, system: _System, ends: list[int], P: np.ndarray, origin: np.ndarray
-    ) -> None:
-        data, scope = self.file.data, self.file.scope
-        own = data.get("platform")
-        if own is None:
-            for end in ends:
-                system.add_twist(end)
-            return
-        R = P[:3, :3]
-        nodes = {name: vector(at, scope) for name, at in own["nodes"].items()}
-        twists = {name: system.free(len(self.rows)) for name in nodes}
-        held = own.get("legs", {})
-        legs = self.file.copies(data["legs"], scope)
-        for end, leg, (written, _) in zip(ends, self.legs, legs, strict=True):
-            at = written.get("platform") or {}
-            name = held.get(written["name"]) or at.get("node")
-            if name is None:
-                name = min(nodes, key=lambda n: float(np.linalg.norm(nodes[n] - leg.end[:3, 3])))
-            system.add(end, twists[name], -np.eye(len(self.rows)))
-        row = system.row(len(self.rows))
-        system.add(row, twists[own["tool"]], np.eye(len(self.rows)))
-        system.add_twist(row)
-        for kind in ("beams", "springs", "rigid"):
-            for part in own.get(kind, ()):
-                a, b = part["between"]
-                row = system.row(len(self.rows))
-                system.add(row, twists[a], np.eye(len(self.rows)))
-                system.add(row, twists[b], -np.eye(len(self.rows)))
-                if kind == "rigid":
-                    continue
-                if kind == "beams":
-                    along = nodes[b] - nodes[a]
-                    y = direction(part["y_axis"], scope) if "y_axis" in part else None
-                    C, free = (
-                        self.file.beam(float(np.linalg.norm(along)), part, scope),
-                        np.zeros((6, 0)),
-                    )
-                    axes, at = beam_axes(along, y), nodes[b]
-                else:
-                    C, free = self.file.soft(part, scope)
-                    local = frame(part, scope)
-                    axes, at = local[:3, :3], local[:3, 3] if "at" in part else nodes[b]
-                J = moved(origin - (R @ at + P[:3, 3]))
-                system.add_soft(row, J @ _both(R @ axes), C, free)
-
-    def _equations(
-        self, branch: Branch, T: np.ndarray, q: np.ndarray, system: _System, origin: np.ndarray
-    ) -> int:
-        row = system.row(len(self.rows))
+    def _placed(self, branch: Branch, T: np.ndarray, q: np.ndarray) -> Iterator[Any]:
+        """Joints, springs and blocks of a branch in the world."""
         T = T @ branch.start
         last = 0.0
-        about = moved(origin)
         for part in branch.parts:
             if isinstance(part, np.ndarray):
                 T = T @ part
             elif isinstance(part, Motion | Ball):
-                columns: dict[int, np.ndarray] = {}
-                last = q[self.places[id(part)]]
+                i, columns = self.places[id(part)], {}
+                last = float(q[i])
+                point, k = T[:3, 3], part.stiffness
+                if k is not None:
+                    k = number(k, {**part.scope, "q": last})
+                role = {"passive": rs.Passive(), "locked": rs.Locked(k)}.get(str(part.role))
+                pitch = part.advance if isinstance(part, Motion) else 0.0
                 T = self._moved(part, T, q, columns)
-                for i, column in columns.items():
-                    system.columns_of_motions.append((i, (row, (about @ column)[self.rows, None])))
+                for j, column in columns.items():
+                    axis = column[:3] if pitch is None else column[3:]
+                    yield PlacedFreedom(axis, point, pitch, str(j), role or rs.Actuated(k))
             elif isinstance(part, Block):
-                twist = system.free(len(self.rows))
-                system.add(row, twist, np.eye(len(self.rows)))
-                for own in part.branches:
-                    end = self._equations(own, T, q, system, origin)
-                    system.add(end, twist, -np.eye(len(self.rows)))
+                inside = [
+                    PlacedLeg(str(i), tuple(self._placed(own, T, q)), T[:3, 3])
+                    for i, own in enumerate(part.branches)
+                ]
+                yield PlacedBlock("block", tuple(inside))
                 T = self._walk(part.branches[0], T, q, [])[0]
             elif isinstance(part, Stretching):
                 reached = -last
-                for fixed, share, (own, file, scope) in part.beams:
+                for fixed, share, compliance in part.beams:
                     L = fixed + share * last
                     reached += L
-                    C = file.beam(L, own, scope)
-                    self._add_soft(
-                        system,
-                        row,
-                        T,
-                        Soft(C, np.zeros((6, 0)), part.axes, reached * part.along),
-                        origin,
-                    )
+                    none = np.zeros((6, 0))
+                    yield _soft(Soft(compliance(L), none, part.axes, reached * part.along), T)
                 T = T @ placed(np.eye(3), sum(rod[0] for rod in part.beams) * part.along)
             else:
-                self._add_soft(system, row, T, part, origin)
-        return row
+                yield _soft(part, T)
 
-    @staticmethod
-    def _add_soft(system: _System, row: int, T: np.ndarray, part: Soft, origin: np.ndarray) -> None:
-        at = T[:3, :3] @ part.at + T[:3, 3]
-        J = moved(origin - at)
-        system.add_soft(row, J @ _both(T[:3, :3] @ part.axes), part.C, part.free)
-
-
-class _System:
-    """Rows: twists that add up. Columns: strains of unit energy, motions, and the platform."""
-
-    def __init__(self, rows: list[int]) -> None:
-        self.rows = rows
-        self.counts = [0, 0, 0]  # rows, strains, free
-        self.entries: list[tuple[int, tuple[str, int], np.ndarray]] = []
-        self.columns_of_motions: list[tuple[int, tuple[int, np.ndarray]]] = []
-
-    def _next(self, i: int, size: int) -> int:
-        self.counts[i] += size
-        return self.counts[i] - size
-
-    def row(self, size: int) -> int:
-        return self._next(0, size)
-
-    def strain(self, size: int) -> tuple[str, int]:
-        return "strain", self._next(1, size)
-
-    def free(self, size: int) -> tuple[str, int]:
-        return "free", self._next(2, size)
-
-    def add(self, row: int, column: tuple[str, int], block: np.ndarray) -> None:
-        self.entries.append((row, column, block))
-
-    def add_twist(self, row: int) -> None:
-        self.add(row, ("platform", 0), -np.eye(len(self.rows)))
-
-    def add_soft(self, row: int, J: np.ndarray, C: np.ndarray, free: np.ndarray) -> None:
-        d = np.sqrt(np.where(np.diag(C) > 0, np.diag(C), 1))
-        w, V = np.linalg.eigh(C / d[:, None] / d)
-        keep = w > 1e-14
-        root = d[:, None] * V[:, keep] * np.sqrt(w[keep])
-        self.add(row, self.strain(root.shape[1]), (J @ root)[self.rows])
-        if free.shape[1]:
-            self.add(row, self.free(free.shape[1]), (J @ free)[self.rows])
-
-    def stiffness(self) -> np.ndarray:
-        m, s, f = self.counts
-        A = {
-            "strain": np.zeros((m, s)),
-            "free": np.zeros((m, f)),
-            "platform": np.zeros((m, len(self.rows))),
-        }
-        for row, (kind, column), block in self.entries:
-            A[kind][row : row + block.shape[0], column : column + block.shape[1]] += block
-        N = _left_null(A["free"])
-        B, D = N.T @ A["strain"], N.T @ A["platform"]
-        U, w, _ = np.linalg.svd(B, full_matrices=False)
-        keep = w > 1e-11 * w.max(initial=0.0)
-        E = U[:, keep].T @ D / w[keep, None]
-        return E.T @ E
+    def _platform(self, R: np.ndarray, p: np.ndarray) -> PlacedPlatform | None:
+        data, scope = self.file.data, self.file.scope
+        own = data.get("platform")
+        if own is None:
+            return None
+        at = {name: vector(point, scope) for name, point in own["nodes"].items()}
+        nodes = tuple(PlatformNode(name, point) for name, point in at.items())
+        holds, parts = [], []
+        legs = self.file.copies(data["legs"], scope)
+        for leg, (written, _) in zip(self.legs, legs, strict=True):
+            end = written.get("platform") or {}
+            name = own.get("legs", {}).get(written["name"]) or end.get("node")
+            if name is None:
+                name = min(at, key=lambda n: float(np.linalg.norm(at[n] - leg.end[:3, 3])))
+            holds.append(name)
+        for kind in ("beams", "springs", "rigid"):
+            for part in own.get(kind, ()):
+                a, b = part["between"]
+                C, free = np.zeros((6, 6)), np.zeros((6, 0))
+                axes, point = np.eye(3), at[b]
+                if kind == "beams":
+                    y = direction(part["y_axis"], scope) if "y_axis" in part else None
+                    C = self.file.beam(float(np.linalg.norm(at[b] - at[a])), part, scope)
+                    axes = beam_axes(at[b] - at[a], y)
+                elif kind == "springs":
+                    C, free = self.file.soft(part, scope)
+                    local = frame(part, scope)
+                    axes, point = local[:3, :3], local[:3, 3] if "at" in part else at[b]
+                name, k = f"part {len(parts)}", rs.Elasticity(C, free)
+                parts.append(PlatformPart(name, a, b, point, axes, k))
+        platform = FlexiblePlatform(nodes, tuple(parts), own["tool"])
+        return PlacedPlatform(platform, tuple(holds), R, p)
 
 
-def _left_null(A: np.ndarray) -> np.ndarray:
-    if not A.shape[1]:
-        return np.eye(A.shape[0])
-    A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
-    U, w, _ = np.linalg.svd(A)
-    return U[:, int(np.sum(w > 1e-9 * w[0])) :]
+def _soft(part: Soft, T: np.ndarray) -> PlacedSpring:
+    R = T[:3, :3]
+    at, own = R @ part.at + T[:3, 3], rs.Elasticity(part.C, part.free)
+    return PlacedSpring("spring", at, R @ part.axes, own)
 
 
-def _both(R: np.ndarray) -> np.ndarray:
-    D = np.zeros((6, 6))
-    D[:3, :3] = D[3:, 3:] = R
-    return D
+def _of_length(rigidities: tuple[float, ...]) -> Any:
+    return lambda L: beam_compliance_of(L, *rigidities)
+
+
+def _matrix(frame: rs.Frame) -> np.ndarray:
+    return placed(np.asarray(frame.R, dtype=float), np.asarray(frame.p, dtype=float))
+
+
+def _branch(start: rs.Frame, chain: rs.Chain, end: rs.Frame) -> Branch:
+    """A chain of the library in parts of ours."""
+    parts: list[Any] = []
+    for e in chain.elements:
+        own_role = getattr(e, "role", None)
+        role, k = type(own_role).__name__.lower(), getattr(own_role, "stiffness", None)
+        if isinstance(e, rs.Rigid):
+            parts.append(_matrix(e.transform))
+        elif isinstance(e, rs.Link):
+            own = e.elasticity
+            parts += [Soft(own.compliance, own.freedoms, e.axes, e.to), placed(np.eye(3), e.to)]
+        elif isinstance(e, rs.Telescope):
+            beams = [
+                (b.fixed, b.share, _of_length(rigidities(b.material, b.section, b.theory)))
+                for b in e.beams
+            ]
+            parts.append(Motion(e.direction, None, role, k, e.name, float(e.home), {}))
+            parts.append(Stretching(e.direction, e.axes, beams))
+        elif isinstance(e, ParallelBlock):
+            parts.append(Block([_branch(b.start, b.chain, b.end) for b in e.branches]))
+        elif e.kind is JointKind.SPHERICAL:
+            parts.append(Ball(role, k, e.name, np.array(e.home, dtype=float), {}))
+        else:
+            for own, home in zip(e.freedoms, e.home, strict=True):
+                parts.append(Motion(own.axis, own.pitch, role, k, e.name, float(home), {}))
+    return Branch(_matrix(start), parts, _matrix(end), [])
 
 
 def _left_jacobian(v: np.ndarray) -> np.ndarray:

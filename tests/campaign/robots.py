@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.campaign import mechanisms, placed, posed, posed_ways, ways
+from tests.campaign import placed, posed, posed_ways, ways
 from tests.campaign.answers import Complaint
 
 #: How often each kind is drawn; what costs much is drawn less.
@@ -19,7 +19,7 @@ SHARES = {
     **dict.fromkeys(placed.KINDS, 32),
     **dict.fromkeys(("nested", "nested planar"), 24),
     **dict.fromkeys(posed.KINDS, 12),
-    **dict.fromkeys(mechanisms.KINDS, 6),
+    "file": 24,
     **dict.fromkeys(("several legs", "hand-made"), 4),
     **dict.fromkeys(("driven arm", "shipped"), 2),
     **dict.fromkeys(("coupled legs", "hybrid"), 0.5),
@@ -41,8 +41,6 @@ def judged_robot(seed: int, number: int) -> list[Complaint]:
         warnings.simplefilter("ignore")
         if kind in placed.KINDS:
             complaints = ways.judged(placed.random_snapshot(rng, kind), own)[0].complaints
-        elif kind in mechanisms.KINDS:
-            complaints = mechanisms.KINDS[kind](rng)
         else:
             robot = posed.random_posed(rng, kind)
             complaints = [] if robot is None else posed_ways.judged_posed(robot, own)

@@ -320,8 +320,8 @@ def judged(
         Names of the ways.
     """
     size = _extent(snapshot)
-    has_blocks = any(leg.blocks for leg in snapshot.legs)
-    truth = None if snapshot.platform else reference(snapshot)
+    has_blocks = any(leg.blocks for leg in snapshot.legs) or snapshot.platform is not None
+    truth = reference(snapshot)
     judge = Judge(truth, size, has_blocks, lambda: neighbours(snapshot))
     solved: list[Known] = []
     default = answer_of("default", lambda: solved.append(rs.stiffness(snapshot)) or solved[0])

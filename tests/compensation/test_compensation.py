@@ -25,7 +25,10 @@ def hexapod() -> rs.Robot:
 
 @pytest.fixture(scope="module")
 def arm() -> rs.Robot:
-    return rs.load("six-joint-arm")
+    return rs.load("scara")
+
+
+FREE = [0, 1, 2, 5]  # coordinates of its tool
 
 
 def loaded_pose(robot: rs.Robot, command: np.ndarray, wrench: np.ndarray) -> np.ndarray:
@@ -71,12 +74,12 @@ def test_points_without_an_answer_have_a_status_and_the_others_their_commands():
 
 
 def test_an_arm_has_no_command_for_what_is_too_far(arm):
-    path = np.array([[0.5, 0.1, 0.6, 0.3, 0, 0], [1.9, 0.1, 0.6, 0.3, 0, 0]])
+    path = np.array([[0.35, 0.4, 0.1, 0, 0, 1.4], [1.9, 0.4, 0.1, 0, 0, 1.4]])
     found = rs.compensate(arm, path, [0, 0, -100, 0, 0, 0], gravity="-z")
     assert found.status_codes.tolist() == [0, int(rs.Status.UNREACHABLE)]
     lacking = found.commanded, found.drives, found.deviation, found.residual
     assert all(np.isnan(each[1]).all() for each in lacking)
-    assert np.abs(found.residual[0]).max() < 1e-12  # is followed as if it were alone
+    assert np.abs(found.residual[0, FREE]).max() < 1e-12  # is followed as if it were alone
 
 
 @pytest.mark.parametrize("name", ["gough-stewart-b", "six-joint-arm"])
@@ -199,22 +202,24 @@ def test_euler_angles_in_and_out(hexapod, tmp_path, order):
 def test_joints_of_an_arm_from_a_file(arm, tmp_path):
     names = arm.legs[0].chain.coordinate_names
     file = tmp_path / "path.csv"
-    heading = "".join(f"{name} [deg]," for name in names)
-    file.write_text(f"{heading}Fz [N]\n0,20,40,0,0,0,-50\n0,25,45,0,0,0,-50\n")
+    units = ["deg", "deg", "deg", "mm"]
+    heads = [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)]
+    file.write_text(",".join([*heads, "Fz [N]\n20,40,5,90,-50\n25,45,0,95,-50\n"]))
     program = rs.read_program(arm, file)
     assert isinstance(program.poses, rs.JointCoordinates)
     found = rs.compensate(arm, program.poses, program.wrenches, gravity="-z")
-    assert np.max(np.abs(found.residual)) < 1e-11
+    assert np.max(np.abs(found.residual[:, FREE])) < 1e-11
     lines = program.with_commands(found)
-    behind = [f"{name}_cmd [deg]" for name in names]  # joints are drives, which come once
-    assert lines[0].split(",")[7:] == [*behind, "residual [um]", "residual turn [urad]", "status"]
-    written = [float(own) for own in lines[2].split(",")[7:13]]
-    np.testing.assert_allclose(written, np.degrees(found.drives[1]), rtol=1e-10)
+    behind = [head.replace(" ", "_cmd ") for head in heads]  # joints are drives, which come once
+    assert lines[0].split(",")[5:] == [*behind, "residual [um]", "residual turn [urad]", "status"]
+    written = [float(own) for own in lines[2].split(",")[5:9]]
+    sizes = [*[180 / np.pi] * 3, 1e3]
+    np.testing.assert_allclose(written, sizes * found.drives[1], rtol=1e-10, atol=1e-9)
     file.write_text("\n".join(lines))
     with pytest.warns(rs.PlausibilityWarning) as warned:
         again = rs.read_program(arm, file)
-    assert len(warned) == 8
-    assert "column 'joint1_cmd' is not read" in str(warned[0].message)
+    assert len(warned) == 6
+    assert "column 'shoulder_cmd' is not read" in str(warned[0].message)
     assert isinstance(again.poses, rs.JointCoordinates)
     np.testing.assert_array_equal(again.poses.values, program.poses.values)
 

@@ -15,7 +15,7 @@ from robostiff.elastostatics import (
     aggregate,
     chain_stiffness,
 )
-from tests.generators.metric import distance
+from tests.cases.metric import distance
 
 E6 = np.eye(6)
 NO_JOINTS = np.zeros((6, 0))

@@ -6,11 +6,12 @@ Independent of the package, with vector products only, so that signs are checked
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
 
-from robostiff.elasticity import Elasticity
+from robostiff.elasticity import Elasticity, Timoshenko
 from robostiff.model import Passive, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 
 PLANE = [0, 1, 5]
@@ -156,6 +157,15 @@ def beam_compliance_of(
     C[1, 1] += L * shear_y
     C[2, 2] += L * shear_z
     return C
+
+
+def rigidities(m: Any, s: Any, theory: Any = None) -> tuple[float, ...]:
+    """EA, EIy, EIz and GJ of a material and a section; a theory may add what shear gives."""
+    own = (float(m.E * s.A), float(m.E * s.Iy), float(m.E * s.Iz), float(m.G * s.J))
+    if isinstance(theory, Timoshenko):
+        shear = m.G * s.A
+        own = (*own, 1 / float(s.shear_factor_y * shear), 1 / float(s.shear_factor_z * shear))
+    return own
 
 
 def random_beam(rng: np.random.Generator) -> Spring:

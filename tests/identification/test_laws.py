@@ -1,4 +1,7 @@
-"""Identification does not depend on units, on order, or on where the world is."""
+"""Identification does not depend on order, or on where the world is.
+
+Units of files are in test_measurement_files.py.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,6 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from tests.identification.campaigns import arm_campaign, machine
-
-HEADER = "joint1 [deg],joint2 [deg],joint3 [deg],joint4 [deg],joint5 [deg],joint6 [deg],"
 
 
 @pytest.fixture(scope="module")
@@ -29,27 +30,6 @@ def _alike(one: rs.Identified, other: rs.Identified, part: float = 1e-6) -> None
         if name.startswith("arm"):
             assert abs(other.values[name] - value) < part * one.std[name]
             assert other.std[name] == pytest.approx(one.std[name], rel=1e-6)
-
-
-def test_units_of_the_file(arm, found, tmp_path):
-    measured = arm_campaign()
-    for unit, factor, angle in (("mm", 1e3, "deg"), ("m", 1.0, "rad")):
-        file = tmp_path / f"{unit}.csv"
-        turn = 180 / np.pi if angle == "deg" else 1.0
-        lines = [
-            HEADER.replace("deg", angle)
-            + "Fx [kN],Fy [kN],Fz [kN],at_x [cm],at_y [cm],at_z [cm],marker,"
-            + ",".join(f"{a} [{unit}]" for a in "xyz")
-            + f",sigma [{unit}]"
-        ]
-        for k in range(36):
-            q, f = measured.coordinates[k] * turn, measured.forces[k] * 1e-3
-            numbers = [*q, *f, *(100 * measured.hooks[k])]
-            y = [*(factor * measured.values[k]), factor * 2e-5]
-            each = [*map(repr, map(float, numbers)), measured.markers[k], *map(repr, map(float, y))]
-            lines.append(",".join(each))
-        file.write_text("\n".join(lines))
-        _alike(found, rs.identify(arm, rs.Measurements.read(file, arm), ["arm/joint*"]), 1e-5)
 
 
 def test_an_instrument_elsewhere(arm, found):

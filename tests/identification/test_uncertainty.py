@@ -12,7 +12,6 @@ import robostiff as rs
 from tests.identification.campaigns import (
     arm_campaign,
     arm_frames,
-    column,
     hexapod_campaign,
     hexapod_frames,
     machine,
@@ -76,21 +75,6 @@ def test_intervals_cover_the_truth(hexapod, few, is_known):
     share = inside / (6 * CAMPAIGNS)
     # the six of one campaign are not independent: the error of their mean is that of 80 to 480
     assert abs(share - 0.95) < 3 * (0.95 * 0.05 / CAMPAIGNS) ** 0.5 / 2
-
-
-def test_twice_the_same_campaign(arm):
-    both = rs.Measurements(
-        rs.JointCoordinates(np.tile(arm.measured.coordinates, (2, 1))),
-        np.tile(arm.measured.values, (2, 1)),
-        forces=np.tile(arm.measured.forces, (2, 1)),
-        hooks=column("arm", "hook_platform"),
-        markers=arm.measured.markers * 2,
-        sigma=2e-5,
-    )
-    twice = arm.fitted_to(both)
-    np.testing.assert_allclose(twice.fit.x, arm.fit.x, rtol=1e-9)
-    ratio = np.array([*twice.std.values()]) / np.array([*arm.std.values()])
-    np.testing.assert_allclose(ratio, 0.5**0.5, rtol=1e-8)
 
 
 def _with_outlier(arm, number, loss):

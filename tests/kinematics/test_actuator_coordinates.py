@@ -5,6 +5,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.kinematics.machine_pose import actuator_places
+from tests.generators.planted_poses import PoseSpace
 
 ROBOTS = (
     "3-puu",
@@ -19,14 +20,6 @@ ROBOTS = (
 )
 
 
-def around_home(robot: rs.Robot, count: int) -> np.ndarray:
-    """Free pose coordinates around home."""
-    places = robot.coordinate_places
-    home = rs.find_posture(robot).pose[0, places]
-    size = np.where(np.array(places) < 3, 0.05 * np.linalg.norm(home[:3]) + 0.01, 0.05)
-    return home + np.random.default_rng(3).uniform(-1, 1, (count, len(places))) * size
-
-
 def drives(posture, robot: rs.Robot) -> np.ndarray:
     """Coordinates of the actuators (N, n)."""
     own = zip(posture.coordinates, actuator_places(robot), strict=True)
@@ -36,7 +29,7 @@ def drives(posture, robot: rs.Robot) -> np.ndarray:
 @pytest.mark.parametrize("name", ROBOTS)
 def test_actuators_of_a_pose_lead_back_to_it(name: str):
     robot = rs.load(name)
-    posture = rs.find_posture(robot, around_home(robot, 4))
+    posture = rs.find_posture(robot, PoseSpace(robot).beside(4, 0.05))
     assert posture.reached.all()
     found = rs.find_posture(robot, rs.ActuatorCoordinates(drives(posture, robot)))
     assert found.reached.all()

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from robostiff import JointCoordinates
 from robostiff.errors import PlausibilityWarning
 from robostiff.kinematics import PostureFinder, find_posture, place_chain
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedFreedom
 from robostiff.robots import load
-from tests.generators.legs import has_skewed_axes, platform_at, random_leg, six
+from tests.generators.legs import has_skewed_axes, random_leg
 from tests.generators.machines import case_b, elbow_arm, five_bar, tripod
 
 
@@ -88,40 +87,6 @@ def test_coordinates_that_follow_from_the_legs(kind: str):
     whole = find_posture(robot, posture.pose[3])
     assert whole.reached.all()
     assert np.allclose(whole.pose[0], posture.pose[3])
-
-
-def test_serial_arm_by_joints_and_by_pose():
-    robot = elbow_arm()
-    chain = robot.legs[0].chain
-    rng = np.random.default_rng(6)
-    q = chain.home + 0.4 * rng.uniform(-1, 1, (7, 6))
-    by_joints = find_posture(robot, JointCoordinates(q))
-    assert by_joints.reached.all()
-    for row, pose in zip(q, by_joints.pose, strict=True):
-        assert np.allclose(six(platform_at(robot.legs[0], row)), pose, rtol=0, atol=1e-13)
-    by_pose = find_posture(robot, by_joints.pose)
-    assert by_pose.reached.all()
-    assert np.allclose(by_pose.coordinates[0], q, rtol=0, atol=1e-8)
-    home = find_posture(robot)
-    assert np.array_equal(home.coordinates[0][0], chain.home)
-
-
-def test_far_poses_are_followed_step_by_step():
-    """A serial arm at poses far from home, where one Newton run from home may fail."""
-    robot = elbow_arm()
-    rng = np.random.default_rng(7)
-    home = robot.legs[0].chain.home
-    q = home + rng.uniform(-0.9, 0.9, (20, 6))
-    q[:, 2] = np.maximum(q[:, 2], 0.4)  # the same side of the elbow and of the wrist
-    q[:, 4] = np.maximum(q[:, 4], 0.2)
-    poses = find_posture(robot, JointCoordinates(q)).pose
-    found = find_posture(robot, poses)
-    assert np.count_nonzero(found.reached) >= 18
-    for pose, own in zip(poses[found.reached], found.coordinates[0][found.reached], strict=True):
-        reached = platform_at(robot.legs[0], own)
-        assert np.allclose(reached.translation, pose[:3], rtol=0, atol=1e-9)
-    lost = ~found.reached
-    assert (found.shift_gaps[lost].max(axis=-1) + found.turn_gaps[lost].max(axis=-1) > 1e-7).all()
 
 
 def test_an_arm_stretched_beyond_its_length():

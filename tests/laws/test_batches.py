@@ -13,7 +13,7 @@ from robostiff.elastostatics import (
     aggregate,
     chain_stiffness,
 )
-from tests.generators.metric import distance
+from tests.cases.metric import distance
 
 SHAPES = [(), (3, 1, 4), (0,)]
 FORMS = [WrenchBasis(), Block(), Recursive(groups=((1, 0), (2, 3))), SaddlePoint(), IndexRules()]

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import robostiff as rs
 from robostiff.errors import NoAnswerError
+from tests.cases.metric import distance
 from tests.generators.chains import FreeChain, chains, joint_rank, planar_chains
-from tests.generators.metric import distance
 
 # What each form needs: independent joints, and a compliance that can be inverted.
 FORMS = [(rs.SaddlePoint(), True, False), (rs.Block(), True, True), (rs.Recursive(), False, True)]

@@ -137,11 +137,12 @@ def _bars(rng, spatial):
     return Linkage("bars", connections, "ground", "b", o)
 
 
-@pytest.mark.parametrize(("spatial", "seed"), [(False, 1000), (False, 1011), (True, 1000)])
+@pytest.mark.parametrize(("spatial", "seed"), [(False, 1006), (False, 1011), (True, 1017)])
 def test_values_are_reached_where_a_smooth_path_leads_to_them(spatial, seed):
     """Random bars driven in small steps: far values give the same, or are refused beyond.
 
-    Those of seed 1011 pass a position where crank and coupler align: they close again behind it.
+    One search from home closes those of seeds 1006 and 1017 in another assembly mode. Those of 1011
+    pass a position where crank and coupler align: they close again behind it.
     """
     rng = np.random.default_rng(seed)
     linkage = _bars(rng, spatial)

@@ -14,7 +14,6 @@ from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
 from robostiff.model import Actuated, Passive, beam_link, prismatic, spherical
 from robostiff.robots import robot_file
-from tests.linkage.robots_as_linkages import drives_at, linkage_of
 from tests.linkage.test_robots_and_networks import _closed, _frame, _parallel
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
@@ -52,23 +51,6 @@ def test_a_kernel_gives_what_the_network_gives(source, low, high):
     for k in np.flatnonzero(~answer.guarded):
         given = answer.values["K"][k], answer.status_codes[k], answer.rank[k]
         _agrees(fast, linkage, rows[k], *given)
-
-
-CASES = {"3-rrr": [0.03, 0.02, 0.1], "gough-stewart-b": [0.05, -0.03, 0.83, 0.1, 0.05, 0.2]}
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_a_robot_of_legs_is_as_stiff_as_a_linkage(name):
-    robot, pose = rs.load(name), CASES[name]
-    fast = rs.compile(linkage_of(robot), backend=ARRAYS)
-    answer = fast.evaluate(
-        {name: q[None] for name, q in drives_at(robot, np.array(pose)).items()}, again=False
-    )
-    assert not answer.guarded[0]
-    legs = rs.stiffness(robot, pose)
-    K = answer.values["K"][0][np.ix_(legs.space.rows, legs.space.rows)]
-    size = np.sqrt(np.diag(legs.K))
-    np.testing.assert_array_less(np.abs(K - legs.K), 1e-11 * np.outer(size, size))
 
 
 def _bridged(seed):

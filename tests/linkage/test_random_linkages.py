@@ -40,15 +40,17 @@ def test_a_slide_on_the_base_moves_an_axis_that_does_not_turn(first):
     assert found.is_closed
     assert open_by(linkage, found) < 1e-9
     answer, truth = rs.stiffness(linkage, {"crank": 0.05}), by_forces(linkage, found)
-    assert truth.is_clear
+    assert truth is not None
+    assert not truth.in_doubt
     assert answer.rank == truth.rank
     assert (truth.K is None) == bool(answer.status & rs.Status.RIGID_DIRECTION)
     if truth.K is not None:
         np.testing.assert_allclose(answer.matrix, truth.K, atol=1e-8 * np.abs(truth.K).max())
 
 
-@pytest.mark.parametrize("number", range(4))
+@pytest.mark.parametrize("number", [0, 1, 2, 3, 66])
 def test_random_linkages_are_as_forces_say(number):
+    """That of number 66 has a record, and a drive that follows."""
     assert not moved_linkage(np.random.default_rng([20261122, number]))
 
 

@@ -21,8 +21,8 @@ from robostiff.model import (
     rigid_member,
 )
 from robostiff.network import energy_stiffness, network_of_snapshot
+from tests.cases.metric import distance
 from tests.generators.machines import case_b
-from tests.generators.metric import distance
 
 STEEL, BAR = material("steel"), CrossSection(1.5e-3, 1.1e-7, 3.1e-7, 2.8e-7)
 POSE = np.array([0.03, -0.02, 0.62, 0.1, -0.15, 0.2])

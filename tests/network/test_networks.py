@@ -11,6 +11,7 @@ from robostiff.analysis.verification import matrix_distance
 from robostiff.elasticity import Elasticity, beam_stiffness, elasticity_from_stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
+from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import (
     JointElement,
     Network,
@@ -291,3 +292,18 @@ def test_a_dense_spring_keeps_its_digits(soft: float, stiff: float, digits: floa
     assert found.rank == 6
     bent = rs.deflection(network, wrench=K @ t)
     assert np.allclose(bent.twist, t, rtol=0, atol=10 * digits * np.abs(t).max())
+
+
+def test_a_spring_with_free_and_rigid_directions():
+    C = np.diag([1e-6, 0, 2e-6, 0, 3e-4, 0])
+    free = np.eye(6)[:, [3]]
+    turn = np.array([[0.6, -0.8, 0], [0.8, 0.6, 0], [0, 0, 1.0]])
+    far = np.array([0.3, 0.2, 0.9])
+    soft = PlacedSpring("soft", far / 2, np.eye(3), Elasticity(1e-7 * np.eye(6)))
+    odd = PlacedSpring("odd", far, turn, Elasticity(C, free))
+    snapshot = Snapshot("mount", (PlacedLeg("leg", (soft, odd), far),), far)
+    network = network_of_snapshot(snapshot)
+    expected, result = stiffness(snapshot), stiffness(network)
+    assert int(result.rank) == int(expected.rank) == 5
+    assert matrix_distance(result.K, expected.K, 0.5) < 1e-12
+    assert matrix_distance(energy_stiffness(network), expected.K, 0.5) < 1e-10

@@ -13,6 +13,7 @@ from robostiff.markup import page_text
 from robostiff.network import JointElement, Network, beam_between
 from robostiff.page import page_data, response_page
 from robostiff.spatial import Space, move_twist, move_wrench
+from tests.campaign.loaded_networks import random_frame
 from tests.network.frames import BAR, GRAPH_NAMES, STEEL, ball, graph, nodes, sliding, turning
 
 E, G, A, IY, IZ = STEEL.E, STEEL.G, BAR.A, BAR.Iy, BAR.Iz
@@ -77,6 +78,38 @@ def test_wrenches_at_the_platform_move_it_as_its_compliance_says(name):
         back = move_twist(moved.twists[network.platform], to_reference)
         assert_allclose(back, found.twists[network.platform], rtol=0, atol=1e-8 * np.abs(t).max())
     assert_allclose(found.energy, 0.5 * F @ rs.deflection(network, wrench=F).twist, rtol=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_loads_along_a_beam_are_those_of_its_halves_and_of_the_node_between(seed):
+    """In random frames; the base gets what acts on them, and the tool moves by their deflection."""
+    rng = np.random.default_rng([20261130, seed])
+    frame = random_frame(rng)
+    name = str(rng.choice(list(frame.beams)))
+    start, end = (frame.nodes[own].point for own in frame.beams[name][:2])
+    s, L = float(rng.choice([rng.uniform(), 0.02])), float(np.linalg.norm(end - start))
+    force, along, middle = *rng.normal(size=(2, 3)) * 100, start + s * (end - start)
+    loads = [rs.ForceOnBeam(force, s * L), rs.DistributedForce(along)]
+    cut, at_node = frame.network({name: [s]}), {f"{name} at 0": force}
+    halves = {f"{name} {i}": rs.DistributedForce(along) for i in (0, 1)}
+    try:
+        found = rs.network_response(frame.network(), {name: loads})
+    except NoAnswerError:  # it drives a free motion
+        return
+    expected = rs.network_response(cut, at_node | halves)
+    most = max(np.abs(own).max() for own in expected.twists.values())
+    for node, twist in found.twists.items():
+        assert_allclose(twist, expected.twists[node], rtol=0, atol=1e-7 * most)
+    bent, alone = rs.deflection(cut, loads=at_node), rs.network_response(cut, at_node)
+    if frame.platform in alone.twists:
+        moved = alone.twists[frame.platform]
+        assert_allclose(bent.twist, moved, rtol=0, atol=1e-7 * np.abs(moved).max())
+    if len(found.reactions) < len(frame.fixed):
+        return
+    acting = [(middle, force, np.zeros(3)), (0.5 * (start + end), L * along, np.zeros(3))]
+    acting += [(frame.nodes[own].point, R[:3], R[3:]) for own, R in found.reactions.items()]
+    total = sum(np.concatenate([f, couple + np.cross(at, f)]) for at, f, couple in acting)
+    assert_allclose(total, 0, atol=1e-6 * sum(np.abs(f).sum() for _, f, _ in acting))
 
 
 def test_a_planar_frame_is_as_in_space():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from robostiff.elastostatics import SaddlePoint, chain_stiffness, saddle_point_matrix
+from tests.cases.metric import distance
 from tests.generators.chains import FreeChain, random_beam, random_block, random_joint
-from tests.generators.metric import distance
 
 
 def chain(seed: int, joints: int = 3) -> FreeChain:

@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 
 from robostiff.elastostatics import Block, chain_stiffness, eliminate_block
-from tests.generators.metric import distance
+from tests.cases.metric import distance
 from tests.paper.exact_chain import symmetric
 from tests.paper.test_eq07_saddle_point import chain
 

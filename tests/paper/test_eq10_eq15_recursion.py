@@ -8,7 +8,7 @@ import sympy as sp
 
 from robostiff.analytic import canonical, rank_formula
 from robostiff.elastostatics import Recursive, chain_stiffness, eliminate_block
-from tests.generators.metric import distance
+from tests.cases.metric import distance
 from tests.paper.exact_chain import block_form, eliminated, generic, symmetric, vanishes
 from tests.paper.test_eq07_saddle_point import chain
 

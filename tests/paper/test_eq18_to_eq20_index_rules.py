@@ -6,7 +6,7 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.elastostatics import eliminate_index, eliminate_joint, eliminate_quasi_trivial
-from tests.generators.metric import distance
+from tests.cases.metric import distance
 from tests.paper.exact_chain import eliminated, symmetric
 
 A = np.random.default_rng(2).normal(size=(6, 6))

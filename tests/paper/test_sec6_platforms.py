@@ -5,8 +5,8 @@ import pytest
 import sympy as sp
 
 from robostiff import stiffness
+from tests.cases.metric import distance
 from tests.generators.machines import case_a, case_b
-from tests.generators.metric import distance
 from tests.paper.exact_chain import case_a_angles, case_b_angles, jointed_legs
 from tests.paper.home_matrices import entries27, entries28, eq27, eq28
 

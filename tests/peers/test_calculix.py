@@ -16,7 +16,7 @@ from robostiff.cli.main import app
 from robostiff.elasticity import Elasticity
 from robostiff.network import JointElement, Network, SpringElement, beam_between
 from robostiff_interop import calculix_input
-from tests.generators.metric import distance
+from tests.cases.metric import distance
 from tests.network.frames import BAR, STEEL, ball, nodes, turning
 from tests.other_programs import command
 

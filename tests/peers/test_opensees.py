@@ -30,7 +30,7 @@ from robostiff.model import Actuated, Chain, Link, PlacedMass, revolute
 from robostiff.network import Node, beam_between, network_of_snapshot
 from robostiff.spatial import Frame
 from robostiff_interop import opensees_script
-from tests.generators.metric import distance
+from tests.cases.metric import distance
 from tests.network.frames import graph
 from tests.peers.opensees import (
     bodies_in_opensees,

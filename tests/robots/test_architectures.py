@@ -6,7 +6,6 @@ from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.elasticity import tube
 from robostiff.elastostatics import Status
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
@@ -106,53 +105,6 @@ def test_leaning_rails_are_not_parallel():
     robot = rs.load("hexapod-pus", {"tilt": "10 deg"})
     K, K_higher = rs.stiffness(robot, [[0, 0, 0.7, 0, 0, 0], [0, 0, 0.8, 0, 0, 0]]).K
     assert distance(K_higher, K) > 1e-2
-
-
-# Section of the rods, their modulus, stiffness of the drives and the direction of their rails.
-RODS = {
-    "hexaglide": (tube(0.032, 0.024), 210e9, 1e8, [1.0, 0, 0]),
-    "hexapod-pus": (tube(0.030, 0.022), 210e9, 5e7, [0, 0, 1.0]),
-    "gantry-tau": (tube(0.040, 0.032), 130e9, 5e7, [1.0, 0, 0]),
-}
-
-
-@pytest.mark.parametrize("name", RODS)
-def test_rods_between_joints_are_springs_along_themselves(name):
-    """Energy of the rods of a carriage and of its drive, with the carriage where it is least."""
-    section, E, k_drive, rail = RODS[name]
-    robot = shipped(name)
-    snapshot = PostureFinder(robot).find(random_poses(name, PostureFinder(robot), 5)).snapshot
-    for i, K in enumerate(rs.stiffness(snapshot).K):
-        one, expected = snapshot.one(i), np.zeros((6, 6))
-        for leg in one.legs:
-            W, c = wrenches_of_rods(leg, one.reference_point)
-            k = E * section.A / c
-            moved = W @ (k * (W[:3].T @ rail))  # wrench on the platform per metre of the carriage
-            held = k_drive + k @ (W[:3].T @ rail) ** 2
-            expected += W @ np.diag(k) @ W.T - np.outer(moved, moved) / held
-        assert distance(K, expected) < 1e-9
-
-
-def wrenches_of_rods(leg, about):
-    """Unit forces along the rods of a leg (6, n), and the lengths of these rods (n,)."""
-    near, far = (
-        np.array([f.point for f in leg.freedoms if f.name.endswith(f"{joint} joint[0]")])
-        for joint in ("carriage", "platform")
-    )
-    length = np.linalg.norm(far - near, axis=-1)
-    u = (far - near) / length[:, None]
-    return np.hstack([u, np.cross(far - about, u)]).T, length
-
-
-def test_rods_of_a_cluster_stay_parallel():
-    robot = shipped("gantry-tau")
-    finder = PostureFinder(robot)
-    snapshot = finder.find(random_poses("gantry-tau", finder, 5)).snapshot
-    for i in range(5):
-        clusters = [wrenches_of_rods(leg, np.zeros(3))[0][:3] for leg in snapshot.one(i).legs]
-        assert [u.shape[1] for u in clusters] == [1, 2, 3]
-        for u in clusters:
-            np.testing.assert_allclose(u, u[:, :1] + np.zeros_like(u), atol=1e-12)
 
 
 def test_capaman_stands_as_high_as_its_cranks_on_average():

@@ -13,14 +13,12 @@ from robostiff.errors import InputError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import JointCoordinates
-from robostiff.linkage import Connection, Linkage, close, robot_of
-from robostiff.model import Actuated, Chain, Leg, Passive, PlacedFreedom, PlacedLeg, Snapshot
+from robostiff.model import Chain, Leg, Passive, PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.plot.displacement import motion_under
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame, Screw
+from tests.campaign.placed import slender_beam
 from tests.files import text_of
-from tests.generators.chains import random_rotation
-from tests.generators.leg_wrenches import random_beam
 
 DATA = rs.plot.PictureData()
 HERE = Path(__file__).parent
@@ -52,7 +50,8 @@ def random_leg(rng: np.random.Generator, pitch: float | None, role=Passive()) ->
         PlacedFreedom(other, rng.normal(size=3), 0.0, "turn", Passive()),
         PlacedFreedom(e, rng.normal(size=3), pitch, "screw", role),
     )
-    return PlacedLeg("leg", (random_beam(rng, 0.02), *joints, random_beam(rng, 0.03)), np.ones(3))
+    beams = [slender_beam(rng, name, *rng.uniform(-1, 1, (2, 3))) for name in "ab"]
+    return PlacedLeg("leg", (beams[0], *joints, beams[1]), np.ones(3))
 
 
 def stiffness_of(leg: PlacedLeg) -> np.ndarray:
@@ -163,33 +162,6 @@ def test_a_platform_pose_of_an_arm_keeps_the_turns_of_its_screw():
     pose = rs.find_posture(robot, JointCoordinates(q)).pose
     found = rs.find_posture(robot, pose, near=JointCoordinates([0.25, 14.0]))
     assert np.ravel(found.coordinates[0]) == pytest.approx(q, abs=1e-8)
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-def test_a_linkage_with_a_screw_is_the_robot_and_its_network(sign: int):
-    """Base, screw, arm: right-handed and left-handed, described from either end."""
-    rng = np.random.default_rng(5)
-    nut = rs.helical(rng.normal(size=3), sign * 0.02, Actuated(40.0), home=[3.0], name="nut")
-    beam = rs.beam_link([0.2, 0.1, 0.4], rs.material("steel"), rs.circle(0.03), name="beam")
-    frames = [Frame(random_rotation(rng), rng.normal(size=3)) for _ in range(3)]
-    connections = (
-        Connection("nut", "base", "body", frames[0], nut, frames[1]),
-        Connection("beam", "body", "tip", frames[2], beam, Frame.identity()),
-    )
-    linkage = Linkage("jack", connections, "base", "tip", np.zeros(3))
-    C = rs.compliance(rs.network_at(linkage))
-    robot = robot_of(linkage, close(linkage))
-    snapshot = rs.find_posture(robot).snapshot.one(0)
-    assert apart(rs.compliance(snapshot), C) < 1e-10
-
-
-def test_ball_screws_move_the_carriages_of_a_hexapod():
-    """Motor and nut in parallel with a rail: as stiff as slides of c / h^2."""
-    robot = rs.load(HERE / "ball-screws.yaml")
-    h = 0.010 / (2 * np.pi)
-    slides = rs.load("hexapod-pus", {"k": f"{120 / h**2!r} N/m"})
-    poses = np.array([0, 0, 0.7, 0, 0, 0]) + np.random.default_rng(2).uniform(-0.05, 0.05, (3, 6))
-    assert apart(rs.stiffness(robot, poses).K, rs.stiffness(slides, poses).K) < 1e-10
 
 
 def test_a_planar_robot_has_no_screws():

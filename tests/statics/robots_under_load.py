@@ -177,12 +177,12 @@ def same_as_each(
         assert np.allclose(many.displacement[k], one.displacement, rtol=rtol, atol=atol)
 
 
-def bodies_of(robot: rs.Robot, pose: Any = None) -> Assembly:
+def bodies_of(robot: rs.Robot, pose: Any = None, beams: int = 0) -> Assembly:
     """A robot at a pose, or at home, as bodies in the world, from the numbers of its model."""
     posture = rs.find_posture(robot, pose)
     six, length = posture.pose[0], float(posture.snapshot.one(0).characteristic_length)
     home = placed(turned(six[3:]), six[:3])
-    return of_robot(robot, [q[0] for q in posture.coordinates], home, length)
+    return of_robot(robot, [q[0] for q in posture.coordinates], home, length, beams)
 
 
 def spring(first: rs.BodyPoint, second: rs.BodyPoint, **values: Any) -> rs.BodySpring:

@@ -11,7 +11,7 @@ from robostiff.elasticity import Elasticity, cantilever_compliance
 from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import network_of_snapshot
 from robostiff.spatial import Space
-from tests.statics.robots_under_load import beam, joint
+from tests.statics.robots_under_load import beam, joint, root
 
 L, EI = 0.7, 35.0
 EULER = np.pi**2 * EI / L**2
@@ -72,6 +72,47 @@ def test_euler_loads_by_default(name: str, graph: bool):
         assert abs(fine.factor / exact - 1) < 1e-3
     if name in ("clamped, clamped", "clamped, hinged"):
         assert "rod' of leg" in found.mode or "rod'" in found.mode.rpartition("most in")[2]
+
+
+def least_load(foot: float, head: float | None) -> float:
+    """Of ``y = A sin ax + B cos ax + C x + D`` on springs, its head held aside or free (None)."""
+
+    def rows(u: float) -> np.ndarray:  # y and its derivatives times powers of L, at both ends
+        c, s = np.cos(u), np.sin(u)
+        start = [[0, 1, 0, 1], [u, 0, 1, 0], [0, -(u**2), 0, 0]]
+        end = [[s, c, 1, 1], [u * c, -u * s, 1, 0], [-(u**2) * s, -(u**2) * c, 0, 0]]
+        (y, turn, bend), (y_L, turn_L, bend_L) = np.array([start, end])
+        free = [bend_L, np.array([0, 0, u**2, 0])]  # the force across is that of the load
+        held = [y_L, bend_L + (head or 0.0) * L / EI * turn_L]
+        return np.array([y, bend - foot * L / EI * turn, *(free if head is None else held)])
+
+    def open_(u: float) -> float:
+        return float(np.linalg.det(rows(u)) / u**2)
+
+    grid = np.linspace(0.05, 6.0, 300)
+    first = next(i for i in range(299) if open_(grid[i]) * open_(grid[i + 1]) < 0)
+    return root(open_, grid[first], grid[first + 1]) ** 2 * EI / L**2
+
+
+@pytest.mark.parametrize(
+    ("foot", "head"), [((20.0, 90.0), (400.0, 50.0)), ((30.0, 300.0), None), ((0.0, 0.0), (70, 9))]
+)
+def test_columns_on_springs(foot: tuple[float, float], head: tuple[float, float] | None):
+    """Stiffnesses against the turns across, other ones about y and z: the softer way decides."""
+
+    def turns(k: tuple[float, float], at: list[float], name: str) -> tuple:
+        pairs = zip("yz", (Y, Z), k, strict=True)
+        return tuple(joint(name + n, at, axis, "R", own or None) for n, axis, own in pairs)
+
+    exact = min(least_load(k, None if head is None else head[i]) for i, k in enumerate(foot))
+    top = () if head is None else turns(head, TIP, "head")
+    robot = column((*turns(foot, [0, 0, 0], "foot"), COLUMN, *top), rail() if head else None)
+    found = rs.critical_load(robot, wrench=DOWN, up_to=10 * exact)
+    assert -5e-4 < found.factor / exact - 1 < 8e-3
+    bad = rs.Status.BEYOND_CRITICAL_LOAD | rs.Status.UNSTABLE | rs.Status.NO_EQUILIBRIUM
+    below, beyond = (rs.equilibrium(robot, wrench=s * exact * DOWN) for s in (0.9, 1.1))
+    assert beyond.status & bad
+    assert not below.status & bad
 
 
 @pytest.mark.parametrize("softness", [0.02, 0.2, 1.0])

@@ -1,4 +1,4 @@
-"""Flexible platforms under load: as chains that are the same, and as their own derivatives."""
+"""Flexible platforms under load: as bodies in the world, and as their own derivatives."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,81 +7,44 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.elasticity import circle, material
 from robostiff.kinematics import with_masses
-from robostiff.model import (
-    FlexiblePlatform,
-    PlacedLeg,
-    PlacedPlatform,
-    PlacedSpring,
-    PlatformNode,
-    Snapshot,
-    platform_beam,
-    rigid_member,
-)
+from robostiff.model import PlatformNode, platform_beam, rigid_member
 from robostiff.network import network_of_snapshot
-from tests.statics.robots_under_load import joint, loaded
+from tests.campaign.bodies import DeadPull
+from tests.campaign.minima import least
+from tests.statics.robots_under_load import bodies_of, loaded
 
 STAR = Path(__file__).parents[2] / "docs/star-platform.yaml"
 F = np.array([2e4, 1e4, -1e5, 1e3, 0, 2e3])
-HUB, RIM = PlatformNode("hub", np.zeros(3)), PlatformNode("rim", np.array([-0.3, 0.1, 0]))
-ARM = platform_beam(RIM, HUB, material("steel"), circle(0.03), name="arm")
-BACK = platform_beam(HUB, RIM, material("steel"), circle(0.03), name="arm")
-TIP = np.array([0.2, 0.4, 0.9])
-
-
-def arm_with(platform: FlexiblePlatform | None) -> Snapshot:
-    """A chain of six elastic joints to the rim; its hub is the tool."""
-    at = TIP + RIM.at
-    elements = [
-        joint(f"{kind}{i}", [0.1 * i, 0, 0.2], axis, kind, 4e4 if kind == "R" else 3e6)
-        for i, axis in enumerate(np.eye(3))
-        for kind in "RP"
-    ]
-    if platform is None:
-        elements.append(PlacedSpring("arm", TIP, ARM.axes, ARM.elasticity))  # type: ignore[arg-type]
-        return Snapshot("chain", (PlacedLeg("leg", tuple(elements), TIP),), TIP)
-    placed = PlacedPlatform(platform, ("rim",), np.eye(3), TIP)
-    return Snapshot("arm", (PlacedLeg("leg", tuple(elements), at),), TIP, platform=placed)
-
-
-def test_a_platform_of_one_beam_is_one_more_link():
-    """Exactly so; from its other end, as far as one element of a beam is exact."""
-    wrench = np.array([800, -1500, -2500, 100, -200, 150])
-    chain = loaded(arm_with(None), wrench=wrench)
-    same = loaded(arm_with(FlexiblePlatform((HUB, RIM), (ARM,), "hub")), wrench=wrench)
-    assert np.abs(chain.displacement).max() > 0.01
-    assert np.allclose(same.displacement, chain.displacement, rtol=1e-10, atol=1e-13)
-    assert np.allclose(same.K, chain.K, rtol=0, atol=1e-11 * np.abs(chain.K).max())
-    assert np.isclose(same.energy, chain.energy, rtol=1e-10)
-    back = loaded(arm_with(FlexiblePlatform((HUB, RIM), (BACK,), "hub")), wrench=wrench)
-    assert np.allclose(back.displacement, chain.displacement, rtol=0, atol=1e-5)
-    assert 0 < np.abs(back.K - chain.K).max() < 1e-3 * np.abs(chain.K).max()
-
-
-def test_two_halves_of_a_beam_and_rigid_members():
-    """A node between two halves changes nothing; a rigid member makes two nodes one body."""
-    wrench = np.array([800, -1500, -2500, 100, -200, 150])
-    one = FlexiblePlatform((HUB, RIM), (ARM,), "hub")
-    middle = PlatformNode("middle", 0.5 * RIM.at)
-    halves = FlexiblePlatform(
-        (HUB, middle, RIM, PlatformNode("sensor", np.array([0.5, 0, 0]))),
-        (
-            platform_beam(RIM, middle, material("steel"), circle(0.03), name="first"),
-            platform_beam(middle, HUB, material("steel"), circle(0.03), name="second"),
-            rigid_member(HUB, PlatformNode("sensor", np.array([0.5, 0, 0])), name="bracket"),
-        ),
-        "hub",
-    )
-    whole = loaded(arm_with(one), wrench=wrench, beams=rs.Bowing(elements=2))
-    cut = loaded(arm_with(halves), wrench=wrench, beams=rs.Bowing(elements=1))
-    assert np.allclose(cut.displacement, whole.displacement, rtol=1e-9, atol=1e-12)
-    assert np.allclose(cut.K, whole.K, rtol=0, atol=1e-9 * np.abs(whole.K).max())
 
 
 @pytest.fixture(scope="module")
 def star() -> rs.Robot:
     return rs.load(str(STAR))
+
+
+@pytest.mark.parametrize("beams", [rs.Linear(), rs.Bowing(1)])
+def test_it_rests_where_the_energy_of_its_bodies_is_least(star: rs.Robot, beams):
+    """Under a wrench and a force at a node; arms and legs linear, or beams of one element.
+
+    Also with a loop of a rigid member and one more beam.
+    """
+    force, platform = np.array([9e3, -5e3, -2e4]), star.platform
+    assert platform is not None
+    corner, (hub, tip, *_) = PlatformNode("corner", np.array([0, 0.1, 0.1])), platform.nodes
+    brace = platform_beam(corner, tip, rs.material("steel"), rs.circle(0.03), name="brace")
+    parts = (*platform.parts, rigid_member(hub, corner, "rib"), brace)
+    braced = replace(platform, nodes=(*platform.nodes, corner), parts=parts)
+    for robot in (star, replace(star, platform=braced)):
+        own = bodies_of(robot, beams=0 if beams == rs.Linear() else 1)
+        body, point = own.behind["platform/tip1"]
+        own.bodies.pulls.append(DeadPull(body, point, force))
+        truth = least(own, 3 * F)
+        answer = loaded(robot, wrench=3 * F, loads={"platform/tip1": force}, beams=beams)
+        assert np.abs(answer.displacement).max() > 5e-4
+        assert np.allclose(answer.displacement, truth.displacement, rtol=0, atol=1e-10)
+        K = truth.K_total
+        assert np.allclose(answer.K_total, K, rtol=0, atol=1e-7 * np.abs(K).max())
 
 
 def test_legs_carry_the_load_of_the_tool_together(star: rs.Robot):

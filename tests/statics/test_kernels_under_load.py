@@ -16,6 +16,7 @@ from robostiff.spatial import Frame
 from robostiff.statics.kernels.strut import struts_among
 from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
+from tests.generators.planted_poses import PoseSpace
 from tests.statics.robots_under_load import SPRINGS, on, same_as_each, spring, struts
 
 COUNT = 3
@@ -29,15 +30,8 @@ def compiled(name: str) -> rs.CompiledLoading:
 
 
 def postures(name: str, size: float = 0.05) -> Any:
-    robot = rs.load(name)
-    finder = posture_finder(robot)
-    random = np.random.default_rng(3)
-    if robot.is_posed_by_joints:
-        chain = robot.legs[0].chain
-        return rs.JointCoordinates(chain.home + 0.2 * random.uniform(-1, 1, (COUNT, chain.size)))
-    places = robot.coordinate_places
-    spread = size * np.where(np.array(places) < 3, finder.length, 2.0)
-    return finder.home_pose[places] + spread * random.uniform(-1, 1, (COUNT, len(places)))
+    space = PoseSpace(rs.load(name))
+    return space.pose(space.beside(COUNT, 0.2 if space.by_joints else size, 3))
 
 
 def loads(name: str, part: float) -> np.ndarray:
@@ -182,7 +176,13 @@ ARM = {
     "platform": [rs.DeadForce([10, 20, -300], [0.3, 0.2, 0.9]), rs.Mass(5)],
 }
 STANDING: dict[str, tuple[str, dict[str, Any]]] = {
-    "plane": ("two-link-arm", {"gravity": "-y"}),
+    "plane": (
+        "two-link-arm",
+        {
+            **{"gravity": "-y", "preload": {"arm/shoulder": 15.0}},
+            "loads": {"arm/elbow": rs.Mass(5.0), "platform": rs.DeadForce([20, -9, 0])},
+        },
+    ),
     "arm": (
         "six-joint-arm",
         {"gravity": [1.0, 2.0, -9.0], "loads": ARM, "preload": {"arm/joint2": 40.0}},

@@ -21,7 +21,7 @@ from tests.analysis.indices.machines import (
     planar_body,
     random_body,
 )
-from tests.generators.metric import distance
+from tests.cases.metric import distance
 from tests.paper.home_matrices import eq27, eq28
 
 # What a regular robot has is optional for others: a None fails these tests by itself.
