@@ -105,8 +105,6 @@ class Assembly:
                 self.weigh(e.masses, body, before, 0.5 * (before[:3, 3] + T[:3, 3]))
             elif isinstance(e, rs.Link):
                 T = T @ _shift(np.asarray(e.to, float))
-                bar = e.elasticity.beam
-                beam = None if bar is None else rigidities(bar, bar)
                 own = e.elasticity
                 start, end = before[:3, 3], T[:3, 3]
                 spread = [m for m in e.masses if m.centre is None]
@@ -117,9 +115,16 @@ class Assembly:
                 if spread and not length:
                     raise NotAssembledError("a mass of no length")
                 axes = before[:3, :3] @ e.axes
-                body = self.elastic(
-                    body, start, end, axes, own.compliance, own.freedoms, beam, area
-                )
+                if own.segments is None:  # a matrix
+                    body = self.elastic(
+                        body, start, end, axes, own.compliance, own.freedoms, None, area
+                    )
+                for C in () if own.segments is None else own.segments or (own.compliance,):
+                    L = 2 * C[1, 5] / C[5, 5]
+                    beam = *(L / C[k, k] for k in (0, 4, 5, 3)), *_shear(C, L)
+                    end = start + axes[:, 0] * L
+                    body = self.elastic(body, start, end, axes, C, own.freedoms, beam, area)
+                    start = end
             elif isinstance(e, rs.Telescope):
                 body, T = self._telescope(e, float(q[place]), body, T, name)
                 place += 1
@@ -254,6 +259,12 @@ class Assembly:
 def frame_of(frame: Frame) -> np.ndarray:
     """A frame as a 4 x 4 matrix."""
     return placed(np.asarray(frame.R, float), np.asarray(frame.p, float))
+
+
+def _shear(C: np.ndarray, L: float) -> list[float]:
+    """Shear compliances of a length of a uniform beam; what is rounding is none."""
+    found = [C[k, k] / L - C[r, r] * L / 3 for k, r in ((1, 5), (2, 4))]
+    return [x if x > 1e-12 * C[1, 1] / L else 0.0 for x in found]
 
 
 def _shift(v: np.ndarray) -> np.ndarray:

@@ -198,6 +198,7 @@ def test_never_a_nan(form):
         (1e-300 * E6, E6[:, :2]),
         (1e-7 * np.outer(A[0], A[0]), rng.normal(size=(6, 4))),
         (C_FULL, np.stack([E6[0], E6[0] * (1 + 1e-12), E6[3]], axis=1)),
+        (np.diag([1e-9, 1, 1, 1, 1, 1]), np.stack([E6[0], E6[0] + 1e-4 * E6[1]], axis=1)),
     ]
     for C, J_q in worst:
         result = chain_stiffness(C, J_q, form=form)

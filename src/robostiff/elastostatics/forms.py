@@ -120,13 +120,29 @@ def eliminate_block(
     return K0 - U @ np.linalg.solve(M, U_T)
 
 
+_SINGULAR = 1e-15  # of the largest eigenvalue: none
+
+
+def _is_singular(problem: ChainProblem) -> np.ndarray:
+    """Whether J_q^T K0 J_q of independent joints is singular to rounding (...)."""
+    if not problem.J_q.shape[-1]:
+        return problem.dependent
+    values = np.linalg.eigvalsh(np.swapaxes(problem.J_q, -1, -2) @ problem.K0 @ problem.J_q)
+    return np.asarray(~problem.dependent & (values[..., 0] <= _SINGULAR * values[..., -1]))
+
+
 @frozen
 class Block(Form):
     """Form (9): all passive joints at once. Needs rank(J_theta) = n and independent joints."""
 
     name = "block"
     equation = "(9) K = K0 - K0 J_q (J_q^T K0 J_q)^-1 J_q^T K0"
-    needs: ClassVar[tuple[Need, ...]] = (REGULAR, INDEPENDENT, WELL_APART)
+    needs: ClassVar[tuple[Need, ...]] = (
+        REGULAR,
+        INDEPENDENT,
+        WELL_APART,
+        Need(_is_singular, "the stiffness that its passive joints meet together is rounding"),
+    )
 
     def stiffness(self, problem: ChainProblem) -> np.ndarray:
         """K of a scaled chain."""
