@@ -126,7 +126,7 @@ _SINGULAR = 1e-15  # of the largest eigenvalue: none
 def _is_singular(problem: ChainProblem) -> np.ndarray:
     """Whether J_q^T K0 J_q of independent joints is singular to rounding (...)."""
     if not problem.J_q.shape[-1]:
-        return problem.dependent
+        return np.asarray(problem.dependent)
     values = np.linalg.eigvalsh(np.swapaxes(problem.J_q, -1, -2) @ problem.K0 @ problem.J_q)
     return np.asarray(~problem.dependent & (values[..., 0] <= _SINGULAR * values[..., -1]))
 
