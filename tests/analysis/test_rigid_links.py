@@ -108,6 +108,29 @@ def test_a_robot_in_one_point_is_the_same_about_every_point(reference):
     assert np.abs(result.K - moved.K).max() <= 1e-9 * np.abs(moved.K).max()
 
 
+def test_axes_that_meet_in_the_origin_but_for_rounding_turn_about_it():
+    """A spherical five-bar, one drive held rigidly: one turn is left, wherever its point is."""
+    from robostiff.model import Passive
+
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+
+        def leg(name: str, count: int, rng: np.random.Generator = rng) -> PlacedLeg:
+            axes = rng.normal(size=(count, 3))
+            joints = [
+                PlacedFreedom(
+                    a / np.linalg.norm(a), rng.integers(-2, 3, 3) * 1.1e-16, 0.0, f"{k}", Passive()
+                )
+                for k, a in enumerate(axes)
+            ]
+            return PlacedLeg(name, tuple(joints), np.zeros(3))
+
+        legs = leg("a", 3), leg("b", 1)
+        result = rs.stiffness(Snapshot("five-bar", legs, np.array([-0.06, 0.05, 0.45])))
+        expected = Status.RIGID_DIRECTION | Status.FREE_MOTIONS
+        assert (result.status, int(result.rank)) == (expected, 5), seed
+
+
 @pytest.mark.parametrize("by", [0.0, 1e-15, -2e-15])
 def test_lever_arms_that_are_rounding_decide_nothing(by):
     """Hinges alike through one point; its coordinates differ in the last digits."""

@@ -283,8 +283,9 @@ def _solved_together(
     if not np.all(length > 0):  # all in one point: a length from the springs
         own = [matrix_length(one.C, one.J_q) for one in problems]
         of_springs = np.max(in_order(together, own), axis=0)
-        # Lever arms between points that are one are rounding of their coordinates.
-        arms = _ROUNDING * np.max(np.abs(snapshot.centre), axis=-1)
+        # Lever arms between points that are one are rounding of coordinates, of that and others.
+        places = np.abs(snapshot.centre), np.abs(snapshot.reference_point)
+        arms = _ROUNDING * np.max(np.maximum(*places), axis=-1)
         of_springs = np.where(of_springs > arms, of_springs, 1.0)
         length = np.where(length > 0, length, of_springs)
         problems = matrices(length)
