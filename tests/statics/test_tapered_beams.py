@@ -87,7 +87,7 @@ def test_kernels_under_load_are_those_of_the_segments(arms: list[Any]):
 
 
 def test_a_snapshot_file_keeps_segments(arms: list[Any]):
-    snapshot = rs.equilibrium(arms[0], Q, F).snapshot
+    snapshot: Any = rs.equilibrium(arms[0], Q, F).snapshot
     again = snapshot_from_document(parse_document(json.dumps(snapshot_to_data(snapshot))))
     found, expected = (rs.equilibrium(own, None, F) for own in (again, snapshot))
     np.testing.assert_allclose(found.displacement, expected.displacement, rtol=1e-9)
@@ -111,7 +111,7 @@ def test_a_mast_that_is_thinner_above_buckles_as_its_two_columns():
         k1, k2 = np.sqrt(P / (E * I))
         return float(np.tan(k1 * L) * np.tan(k2 * L) - k2 / k1)
 
-    exact = brentq(missing, 1.0, 0.999 * E * I[1] * (np.pi / 2 / L) ** 2)
+    exact: Any = brentq(missing, 1.0, 0.999 * E * I[1] * (np.pi / 2 / L) ** 2)
     segments = [(L, STEEL, rs.circle(d)) for d in DIAMETERS]
     each = tuple(beam_compliance(*segment) for segment in segments)
     robot = mast(Elasticity(tapered_compliance(segments), segments=each))
