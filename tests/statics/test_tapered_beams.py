@@ -12,6 +12,8 @@ import robostiff as rs
 from robostiff.elasticity import Elasticity, beam_compliance, tapered_compliance
 from robostiff.io.document import parse_document
 from robostiff.io.snapshot import snapshot_from_document, snapshot_to_data
+from robostiff.linkage import Connection
+from robostiff.linkage.essential import turned_round
 
 ARM = """
 robostiff: 1
@@ -127,3 +129,21 @@ def test_the_matrix_of_a_taper_is_no_beam_of_another_length():
     assert beam.length < 1.2 * L
     uniform = Elasticity(beam_compliance(2 * L, STEEL, rs.circle(0.04)))
     assert [own.length for own in uniform.beams] == pytest.approx([2 * L])
+
+
+def test_a_beam_from_its_other_end_is_a_beam():
+    """Legs of linkages lead from the base to the platform, whichever way links are written."""
+    here = rs.Frame(np.eye(3), np.zeros(3))
+    segments = [(0.4 * L, STEEL, rs.circle(0.04)), (0.6 * L, STEEL, rs.circle(0.02))]
+    each = tuple(beam_compliance(*segment) for segment in segments)
+    own = Elasticity(tapered_compliance(segments), segments=each)
+    axes = rs.beam_link([0, 0.3, 0.4], STEEL, rs.circle(0.02)).axes
+    link = rs.Link(np.array([0, 0.3, 0.4]), own, axes, "rod")
+    back: Any = turned_round(Connection("rod", "a", "b", here, link, here)).element
+    other = tapered_compliance(segments[::-1])
+    np.testing.assert_allclose(back.elasticity.compliance, other, atol=1e-12 * np.abs(other).max())
+    np.testing.assert_allclose(back.axes[:, 0], -axes[:, 0])
+    assert back.elasticity.beams == own.beams[::-1]
+    uniform = rs.beam_link([0, 0.3, 0.4], STEEL, rs.circle(0.02))
+    back = turned_round(Connection("rod", "a", "b", here, uniform, here)).element
+    assert back.elasticity.beams == uniform.elasticity.beams

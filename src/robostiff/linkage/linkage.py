@@ -225,6 +225,9 @@ class Linkage(Symbolic, Subject):
         }
 
 
+_ROUND = np.diag([-1, 1, -1])  # half a turn about y
+
+
 def turned_round(connection: Connection) -> Connection:
     """The same connection from body b to body a; home coordinates give the same configuration.
 
@@ -232,8 +235,11 @@ def turned_round(connection: Connection) -> Connection:
     """
     c, element = connection, connection.element
     if isinstance(element, Link):  # by energy: the wrench is the same, taken about the other end
-        to = np.asarray(element.to)
-        elasticity = moved(element.elasticity, element.axes, -to)
+        to, own = np.asarray(element.to), element.elasticity
+        axes = element.axes @ _ROUND  # a beam is one along x from the other end, too
+        elasticity = moved(own, _ROUND, axes.T @ -to)
+        if own.segments is not None:
+            elasticity = replace(elasticity, segments=own.segments[::-1])
         masses = tuple(
             replace(
                 mass,
@@ -242,7 +248,7 @@ def turned_round(connection: Connection) -> Connection:
             )
             for mass in element.masses
         )
-        element = Link(-to, elasticity, np.eye(3), element.name, masses)
+        element = Link(-to, elasticity, axes, element.name, masses)
     elif element is not None and element.kind is JointKind.SPHERICAL:
         element = replace(element, home=tuple(-x for x in element.home))  # a rotation vector
     elif element is not None:
