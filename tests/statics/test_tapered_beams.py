@@ -147,3 +147,16 @@ def test_a_beam_from_its_other_end_is_a_beam():
     uniform = rs.beam_link([0, 0.3, 0.4], STEEL, rs.circle(0.02))
     back = turned_round(Connection("rod", "a", "b", here, uniform, here)).element
     assert back.elasticity.beams == uniform.elasticity.beams
+
+
+@pytest.mark.parametrize("wrong", ["order", "bar"])
+def test_segments_that_are_not_the_spring_are_refused(arms: list[Any], wrong: str):
+    snapshot: Any = rs.equilibrium(arms[0], Q, F).snapshot
+    data = snapshot_to_data(snapshot)
+    (spring, *_) = [part for part in data["legs"][0]["chain"] if "segments" in part]
+    if wrong == "order":
+        spring["segments"] = spring["segments"][::-1]
+    else:
+        spring["segments"][0] = np.diag(np.diagonal(spring["segments"][0])).tolist()
+    with pytest.raises(rs.InputError, match="together that of the spring"):
+        snapshot_from_document(parse_document(json.dumps(data)))

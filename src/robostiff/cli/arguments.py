@@ -196,9 +196,11 @@ def force(text: str, option: str) -> list[float]:
 
 def wrench(text: str | None, space: Space, option: str = "--wrench") -> Any:
     """A load, from forces and moments with units, all or some by name; None without one."""
-    if text is None or "=" not in text:
-        return None if text is None else _row(option, text, _of_wrench(space))
+    if text is None:
+        return None
     units = _of_wrench(space)
+    if "=" not in text:
+        return _row(option, text, units)
     given = _named(option, text, {name: [dimension] for name, dimension in units.items()})
     return [given.get(name, [0.0])[0] for name in units]
 

@@ -477,9 +477,16 @@ def tapered_compliance(
         length = positive_numbers(f"length of {subject}", segment[0], "m")
         pieces.append(BeamSegment(length, segment[1], segment[2]))
     compliances = exact_arrays(*(beam_compliance(*piece, theory) for piece in pieces))
+    return compliance_in_series(compliances, [length for length, _, _ in pieces])
+
+
+def compliance_in_series(
+    compliances: Sequence[NDArray[Any]], lengths: Sequence[Any]
+) -> NDArray[Any]:
+    """Tip compliance of uniform segments with these compliances (..., 6, 6) and lengths [m]."""
     total: NDArray[Any] | None = None
     to_tip: Any = np.zeros((), dtype=compliances[0].dtype)
-    for C, (length, _, _) in zip(reversed(compliances), reversed(pieces), strict=True):
+    for C, length in zip(reversed(compliances), reversed(lengths), strict=True):
         moved = move_compliance(C, np.stack([to_tip, 0 * to_tip, 0 * to_tip], axis=-1))
         total = moved if total is None else total + moved
         to_tip = to_tip + (exact_number(length) if C.dtype == object else np.asarray(length))

@@ -67,14 +67,8 @@ class Elasticity:
     segments: tuple[NDArray[Any], ...] | None = None
 
     def __post_init__(self) -> None:
-        compliance = _own_array("compliance of the spring", self.compliance)
+        compliance = _own_compliance("compliance of the spring", self.compliance)
         freedoms = _own_array("freedoms of the spring", self.freedoms)
-        if compliance.shape[-2:] != (6, 6):
-            raise InputError(
-                "shape of the compliance of the spring",
-                got=compliance.shape,
-                expected="(..., 6, 6)",
-            )
         if freedoms.ndim != 2 or freedoms.shape[0] != 6:
             raise InputError(
                 "shape of the freedoms of the spring",
@@ -85,7 +79,7 @@ class Elasticity:
         object.__setattr__(self, "freedoms", freedoms)
         object.__setattr__(self, "bounds", left_open(self.bounds))
         if self.segments:
-            segments = (_own_array("compliance of a segment", C) for C in self.segments)
+            segments = (_own_compliance("compliance of a segment", C) for C in self.segments)
             object.__setattr__(self, "segments", tuple(segments))
 
     @cached_property
@@ -183,6 +177,13 @@ def _spring_along(stiffness: Any, axis: Entries, rows: slice) -> Elasticity:
     compliance = np.zeros((6, 6), dtype=u.dtype)
     compliance[rows, rows] = np.outer(u, u) / k
     return Elasticity(compliance, bounds=(Bounds("stiffness of the spring", k),))
+
+
+def _own_compliance(subject: str, values: ArrayLike) -> NDArray[Any]:
+    array = _own_array(subject, values)
+    if array.shape[-2:] != (6, 6):
+        raise InputError(f"shape of the {subject}", got=array.shape, expected="(..., 6, 6)")
+    return array
 
 
 def _own_array(subject: str, values: ArrayLike) -> NDArray[Any]:

@@ -275,7 +275,7 @@ def modes(
         return _modes_of(loaded(0), given)
     one = cache(lambda i: _modes_of(loaded(i), given[i]))
     n, known = len(given), np.ma.masked_all((len(given), 0))
-    if n and at is None and isinstance(robot, Robot) and not np.any(given):
+    if n and postures.batch and at is None and isinstance(robot, Robot) and not np.any(given):
         known = _of_platforms(n, loaded(0), lambda: stiffness(robot, pose, near=near))
     alone = {i: one(i) for i in np.flatnonzero(known.mask.all(axis=-1)).tolist()}
     codes = np.array([int(alone[i].status) if i in alone else 0 for i in range(n)], dtype=np.uint16)

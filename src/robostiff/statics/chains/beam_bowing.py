@@ -240,24 +240,25 @@ class ElementsOfParts(Elements):
         # with a part that is alike at all poses it stays known
         kept = vars(elasticity).setdefault(_ELEMENTS, {})
         if (turned, self.treated) not in kept:
-            free, treated = np.array(elasticity.freedoms, dtype=float), self.treated
+            free = np.array(elasticity.freedoms, dtype=float)
             of_pieces = (C.tobytes() for C in elasticity.pieces)
             entries = elasticity.compliance.tobytes(), *of_pieces, free.tobytes(), turned
             if entries not in self.known:
-                bows = isinstance(treated, Bowing) and bool(elasticity.beams)
+                beams = elasticity.beams
+                bowing = self.treated if beams and isinstance(self.treated, Bowing) else None
                 pieces: list[tuple[np.ndarray, Any]] = [(elasticity.compliance, None)]
-                if bows or len(elasticity.beams) > 1:
-                    lengths = (beam.length for beam in elasticity.beams)
+                if bowing or len(beams) > 1:
+                    lengths = (beam.length for beam in beams)
                     pieces = [*zip(elasticity.pieces, lengths, strict=True)]
                 self.known[entries] = elastic_elements(
                     self.space,
                     np.array(spring.rotation, dtype=float),
                     pieces,
                     free,
-                    treated.elements or 1 if isinstance(treated, Bowing) and bows else 1,
+                    (bowing and bowing.elements) or 1,
                     partial(_modes, elasticity),
-                    bows=bows,
-                    inner=isinstance(treated, Bowing) and treated.has_inner_modes,
+                    bows=bowing is not None,
+                    inner=bowing is not None and bowing.has_inner_modes,
                 )
             kept[turned, self.treated] = self.known[entries]
         return in_series(kept[turned, self.treated], spring)
