@@ -14,7 +14,6 @@ from robostiff.elasticity.beam import beam_compliance as beam_compliance
 from robostiff.elasticity.beam import beam_stiffness as beam_stiffness
 from robostiff.elasticity.beam import cantilever_compliance as cantilever_compliance
 from robostiff.elasticity.beam import cantilever_stiffness as cantilever_stiffness
-from robostiff.elasticity.beam import compliance_in_series as compliance_in_series
 from robostiff.elasticity.beam import tapered_compliance as tapered_compliance
 from robostiff.elasticity.beam import uniform_beam as uniform_beam
 from robostiff.elasticity.material import MATERIALS as MATERIALS
@@ -39,3 +38,4 @@ from robostiff.elasticity.spring_from_matrix import (
     elasticity_from_stiffness as elasticity_from_stiffness,
 )
 from robostiff.elasticity.spring_from_matrix import moved as moved
+from robostiff.elasticity.spring_from_matrix import with_segments as with_segments

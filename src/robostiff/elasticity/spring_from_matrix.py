@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from robostiff.elasticity.beam import compliance_in_series
 from robostiff.elasticity.checks import Bounds
 from robostiff.elasticity.spring import Elasticity
 from robostiff.errors import InputError
-from robostiff.frozen import frozen
+from robostiff.frozen import frozen, replace
 from robostiff.spatial import (
     Space,
     as_floats,
@@ -305,6 +307,38 @@ def elasticity_from_compliance(compliance: Any) -> Elasticity:
     C = _checked_symmetric(compliance, COMPLIANCE)
     _scaled_spectrum(C, COMPLIANCE)
     return Elasticity(C)
+
+
+# Of its size: by what the compliance of a spring may miss that of its segments.
+_TOGETHER = 1e-6
+
+
+def with_segments(elasticity: Elasticity, segments: Sequence[ArrayLike]) -> Elasticity:
+    """The elasticity of a beam along x, with compliances (6, 6) of its uniform segments.
+
+    From its start on, each about its own far end.
+
+    Raises
+    ------
+    InputError
+        When one is of no uniform beam along x, or they are not together that of the spring.
+
+    Examples
+    --------
+    >>> half = np.diag([1, 1 / 3, 1 / 3, 1, 1, 1])
+    >>> half[1, 5] = half[5, 1] = 0.5
+    >>> half[2, 4] = half[4, 2] = -0.5
+    >>> with_segments(Elasticity(half), [half]).beams[0].length
+    1.0
+    """
+    each = tuple(elasticity_from_compliance(segment).compliance for segment in segments)
+    found, C = replace(elasticity, segments=each), elasticity.compliance
+    lengths, sizes = [beam.length for beam in found.beams], np.sqrt(np.diagonal(C))
+    apart = np.abs(compliance_in_series(each, lengths) - C) if lengths else np.inf
+    if np.any(apart > _TOGETHER * np.outer(sizes, sizes)):
+        expected = "compliances of uniform beams along x that are together that of the spring"
+        raise InputError("segments of the spring", expected=expected)
+    return found
 
 
 def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elasticity:

@@ -22,9 +22,9 @@ from robostiff.elasticity import (
     Material,
     Timoshenko,
     beam_compliance,
-    compliance_in_series,
     elasticity_from_compliance,
     elasticity_from_stiffness,
+    with_segments,
 )
 from robostiff.elastostatics import chain_stiffness
 from robostiff.errors import InputError, NoAnswerError, Words
@@ -48,8 +48,6 @@ from robostiff.spatial import Screw, Space, full_turn
 
 # Part of its size by which a compliance may change when it is written as a stiffness.
 _READS_BACK = 1e-12
-# Likewise, by which written segments may miss the compliance of their spring.
-_TOGETHER = 1e-6
 _LARGEST = 1e30  # far beyond any robot, and far from overflow
 Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST)]
 Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
@@ -349,18 +347,7 @@ class Spring6Data(FilePart):
                 elasticity = elasticity_from_compliance(self.compliance or [])
         if self.segments:
             with place.at("segments").complaints():
-                each = tuple(elasticity_from_compliance(C).compliance for C in self.segments)
-            elasticity = replace(elasticity, segments=each)
-            lengths, C = [beam.length for beam in elasticity.beams], elasticity.compliance
-            sizes = np.sqrt(np.outer(np.diagonal(C), np.diagonal(C)))
-            if not lengths or np.any(
-                np.abs(compliance_in_series(each, lengths) - C) > _TOGETHER * sizes
-            ):
-                raise place.at("segments").error(
-                    f"segments of {name!r}",
-                    expected="compliances of uniform beams along x that are together that of the "
-                    "spring",
-                )
+                elasticity = with_segments(elasticity, self.segments)
         return PlacedSpring(name, np.array(self.point, dtype=float), rotation, elasticity)
 
 
