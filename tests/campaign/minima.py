@@ -46,7 +46,9 @@ def compare(
     if found.status & doubt or moved > 0.2:
         return
     if not found.has_answer:
-        if is_stable and curved[0] > 1e-6 * curved[-1]:
+        # What lies beyond a snap need not be found, where it is said.
+        snaps = found.status & rs.Status.BEYOND_CRITICAL_LOAD
+        if is_stable and not snaps and curved[0] > 1e-6 * curved[-1]:
             say("equilibrium", "none, and the energy has a minimum", f"{found.status}; {moved:.1e}")
         return
     if found.found.known.regular and found.status & rs.Status.REDUNDANT_JOINTS:

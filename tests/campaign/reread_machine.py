@@ -46,7 +46,7 @@ from tests.generators.chains import beam_compliance_of, rigidities
 
 _PLACES = {name: i for i, name in enumerate(("x", "y", "z", "rx", "ry", "rz"))}
 # Of a step in rad and m, of the way, and of the least singular value at home.
-_LONGEST, _LEAST_STEP, _NEAR = 0.35, 2e-4, 0.02
+_LONGEST, _LEAST_STEP, _NEAR = 0.1, 1e-6, 0.02
 
 
 class NotClosedError(Exception):
