@@ -68,6 +68,12 @@ OPERATORS: dict[Operation, Any] = {
     Operation.RECIPROCAL: lambda a: 1 / a,
 }
 
+# Those of which Python's floats give what NumPy's do, to the last bit, and raise nothing.
+_ON_FLOATS = {
+    operation: OPERATORS[operation]
+    for operation in (Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY, Operation.NEGATE)
+}
+
 #: Rough costs of the operations, in additions.
 COSTS = {
     **dict.fromkeys(Operation, 1),
@@ -112,18 +118,18 @@ class Record:
         self.inputs: tuple[str, ...] = tuple(samples)
         self.most: int | None = most
         self.operations: list[tuple[Operation, Any, Any]] = []
-        self._samples = np.empty((64, self.count))
+        self._samples: list[list[float]] = []
         self.names: dict[int, str] = {}
         #: Sine and cosine of angles that come from them.
         self.turns: dict[int, tuple[Any, Any]] = {}
         self._known: dict[tuple[Operation, Any, Any], int] = {}
         self._by_value: dict[tuple[int, int], list[int]] = {}
         for name, values in samples.items():
-            self._append((Operation.INPUT, name, None), values)
+            self._append((Operation.INPUT, name, None), values.tolist())
 
     def sample(self, step: int) -> np.ndarray:
         """Value of a step at the sample points (samples,)."""
-        return self._samples[step].copy()
+        return np.array(self._samples[step])
 
     @property
     def size(self) -> int:
@@ -141,7 +147,8 @@ class Record:
         """
         if name not in self.inputs:
             self.inputs = (*self.inputs, name)
-            self._append((Operation.INPUT, name, None), np.broadcast_to(sample, self.count))
+            values = np.broadcast_to(np.asarray(sample, dtype=float), self.count)
+            self._append((Operation.INPUT, name, None), values.tolist())
         return self.input(name)
 
     @contextmanager
@@ -162,7 +169,7 @@ class Record:
         finally:
             for step in range(self.size - 1, size - 1, -1):
                 self._known.pop(self.operations.pop(), None)  # the last may be half a step
-                alike = self._by_value.get(_leading_digits(self._samples[step, 0]), [])
+                alike = self._by_value.get(_leading_digits(self._samples[step][0]), [])
                 if alike[-1:] == [step]:
                     alike.pop()
             self.inputs, self.names = inputs, names
@@ -172,7 +179,7 @@ class Record:
         """The step of a number."""
         key = (Operation.NUMBER, value, None)
         if key not in self._known:
-            self._append(key, np.full(self.count, float(value)))
+            self._append(key, [float(value)] * self.count)
         return self._known[key]
 
     def step(self, operation: Operation, a: int, b: int | None = None) -> int:
@@ -183,14 +190,12 @@ class Record:
         known = self._known.get(key)
         if known is not None:
             return known
-        samples = self._samples
+        arguments = [self._samples[i] for i in (a, b) if i is not None]
+        if operation in _ON_FLOATS:  # of a few numbers, quicker than NumPy's
+            return self._append(key, list(map(_ON_FLOATS[operation], *arguments)))
         with np.errstate(all="ignore"):
-            value = (
-                NUMPY_FUNCTIONS[operation](samples[a])
-                if b is None
-                else NUMPY_FUNCTIONS[operation](samples[a], samples[b])
-            )
-        return self._append(key, value)
+            value = NUMPY_FUNCTIONS[operation](*map(np.array, arguments))
+        return self._append(key, value.astype(float).tolist())
 
     def simplified(self, value: Any, scale: float = 1.0) -> Any:
         """A simpler entry or number with the same value at all samples, if there is one.
@@ -207,9 +212,8 @@ class Record:
             short = shortened(value)
             return 0 if short is not value and abs(float(short)) <= _SAME * scale else short
         samples = self._samples[value.step]
-        first = float(samples[0])  # most differ at the first sample
         for number, near in ((0, _SAME * scale), (1, _SAME), (-1, _SAME)):
-            if abs(first - number) <= near and np.all(np.abs(samples - number) <= near):
+            if all(abs(x - number) <= near for x in samples):
                 return number
         exponent, digits = _leading_digits(samples[0])
         near = self._by_value.get
@@ -219,7 +223,8 @@ class Record:
                 break
             other = self._samples[earlier]  # the same up to one sign
             sign = 1.0 if other[0] * samples[0] > 0 else -1.0
-            if np.all(np.abs(other - sign * samples) <= _SAME * np.abs(samples)):
+            both = zip(other, samples, strict=True)
+            if all(abs(y - sign * x) <= _SAME * abs(x) for y, x in both):
                 return self.at(earlier) if sign > 0 else -self.at(earlier)
         return value
 
@@ -250,14 +255,12 @@ class Record:
         """Cost of some steps, in additions."""
         return sum(COSTS[self.operations[step][0]] for step in self.needed(outputs))
 
-    def _append(self, key: tuple[Operation, Any, Any], sample: np.ndarray) -> int:
+    def _append(self, key: tuple[Operation, Any, Any], sample: list[float]) -> int:
         step = len(self.operations)
         if step == self.most:
             raise NoAnswerError(f"a record of more than {self.most} operations")
-        if step == len(self._samples):
-            self._samples = np.concatenate([self._samples, np.empty_like(self._samples)])
+        self._samples[step:] = [sample]
         self.operations.append(key)
-        self._samples[step] = sample
         self._known[key] = step
         self._by_value.setdefault(_leading_digits(sample[0]), []).append(step)
         return step
