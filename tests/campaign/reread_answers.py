@@ -118,7 +118,7 @@ class Reread:
         if self.by_joints:
             q = self.chains[0].joint_coordinates(row)
             P = self.own.at_joints(q)
-        elif idle or any("drives of leg" in words for words in answer.advice):
+        elif idle or any("drives" in words for words in answer.advice):
             q, P, _ = self.own.close(self.joints(answer), T, wanted)
         else:
             q, P = self.own.posture(self.seed, wanted)

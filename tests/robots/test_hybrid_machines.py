@@ -78,6 +78,29 @@ def test_hexapod_on_a_rail():
     assert apart(np.linalg.inv(moved.K), C) < 1e-9
 
 
+def test_a_singular_home_leaves_drives_open_elsewhere_and_says_so():
+    """A tilting table turns on as its robot tilts: away from home their axes are no longer one."""
+    turns = [
+        revolute(axis, rs.Actuated(1e5), name=name)
+        for axis, name in (([1, 0, 0], "roll"), ([0, 1, 0], "pitch"))
+    ]
+    foot = Link(np.zeros(3), rs.Elasticity(FEET), np.eye(3), "foot")
+    table = rs.Module("table", Chain((*turns, foot)))
+    machine = rs.hybrid_machine([rs.Module("tripod", rs.load("3-rps")), table])
+    free = [coordinate.value for coordinate in machine.coordinates]
+    assert len(free) < 5  # drives
+    at_home = np.asarray(rs.stiffness(machine).pose)[list(machine.coordinate_places)]
+    found = rs.stiffness(machine, at_home + 0.02)
+    assert found.status == rs.Status.OK
+    (advice,) = found.advice
+    assert f"the free coordinates {' '.join(free)} leave a motion of the drives open" in advice
+    q = np.concatenate([*found.joint_coordinates.values()])
+    near = rs.stiffness(machine, at_home + 0.02, near=[q + 0.02])
+    assert near.advice == ()
+    assert apart(near.K, found.K) > 1e-4
+    assert rs.stiffness(machine, found.pose).advice == ()  # all of the pose is given
+
+
 def test_machine_of_planar_modules_is_planar():
     arm = Chain((revolute([0, 0, 1], rs.Actuated(1e4), name="turn"), rigid(0.2, 0, 0, name="arm")))
     robot = rs.load("3-rpr")

@@ -326,6 +326,14 @@ class PosesOfRobot(Question):
                 found = (*found, *self.finder.in_other_modes(posture))
         if self.near is not None or by_drives:
             return found
+        if self.request.open and self.finder.coordinates_leave_drives_open:
+            names = " ".join(own.value for own in self.finder.robot.coordinates)
+            found = (
+                *found,
+                f"the free coordinates {names} leave a motion of the drives open away from home, "
+                "which is singular: the posture nearest to home is taken; give all coordinates of "
+                "the pose, or the model another home",
+            )
         if self.finder.robot.home is not None:  # of the robot as a whole, whatever the poses
             return (*found, *_advice_at_home(self.finder, self.tolerance))
         return (*found, *_advice_on(self._posture(flat), self.finder, self.tolerance))

@@ -349,12 +349,8 @@ class LegSolver:
     @cached_property
     def _in_general(self) -> tuple[int, bool]:
         """Rank of the rates of closure in general, and whether drives can move alone there."""
-        free = self.chain.free
-        q = np.random.default_rng(_SEED).uniform(-1.0, 1.0, (1, free.size))
-        x = np.concatenate([self.home_pose[None], np.where(free, q, self.home)], axis=-1)
-        _, values, V_T = np.linalg.svd(self._loops.rates(x)[0])
-        rank = int(np.count_nonzero(values > _MOVES))
-        return rank, bool(np.any(np.abs(V_T[rank:, self._drives[free]]) > _MOVES))
+        rank, motions = self._loops.in_general(np.concatenate([self.home_pose, self.home]))
+        return rank, bool(np.any(np.abs(motions[:, self._drives[self.chain.free]]) > _MOVES))
 
     def that_holds_at(self, pose: np.ndarray, R: np.ndarray) -> LegSolver:
         """The same, or one that iterates where copies leave a loop open at one of the poses."""

@@ -141,6 +141,19 @@ class Loops:
         """Rates at which the unknowns close the gaps (N, 6 m, n)."""
         return self.gaps_and_rates(x)[1]
 
+    def in_general(self, x: np.ndarray) -> tuple[int, np.ndarray]:
+        """Rank of the rates at drawn unknowns, and motions (k, n) that leave all gaps as they are.
+
+        What is given is as at a posture x (size,).
+        """
+        drawn = x[None].copy()
+        drawn[:, self.unknowns] = np.random.default_rng(_SEED).uniform(
+            -1.0, 1.0, self.unknowns.size
+        )
+        _, values, V_T = np.linalg.svd(self.rates(drawn)[0])
+        rank = int(np.count_nonzero(values > _INDEPENDENT))
+        return rank, V_T[rank:]
+
     def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Both, of frames that are placed once."""
         if len(x) == 1:
