@@ -91,7 +91,8 @@ def test_a_zero_has_a_place_as_the_parameter_of_a_turn(tmp_path):
     written = tmp_path / "identified.yaml"
     words = "--parameters", "z2", "--json", "-o", written
     found = json.loads(run("identify", tmp_path / "arm.yaml", CAMPAIGN, *words).output)
-    joint = json.loads(run("identify", ARM, CAMPAIGN, *words[:1], "arm/joint2.zero", "--json").output)
+    own = "--parameters", "arm/joint2.zero", "--json"
+    joint = json.loads(run("identify", ARM, CAMPAIGN, *own).output)
     for kind in ("values", "std"):
         assert found[kind]["z2"] == pytest.approx(joint[kind]["arm/joint2.zero"], rel=1e-6)
     (line,) = (line for line in written.read_text().splitlines() if "z2:" in line)
