@@ -86,10 +86,10 @@ def test_kernels_under_load_are_those_of_the_segments(tmp_path: Path):
     arm = ARM.format(BEAM.format("upper", [0.2, 0, 0.5], "timoshenko", TAPER), "")
     (tmp_path / "arm.yaml").write_text(arm, encoding="utf-8")
     robot: Any = rs.load(tmp_path / "arm.yaml")
-    poses = rs.JointCoordinates([[0.3, 0.9], [0.1, 0.2]])
-    found = rs.compile_loaded(robot).evaluate(poses, F)
+    rows = [[0.3, 0.9], [0.1, 0.2]]
+    found = rs.compile_loaded(robot).evaluate(rs.JointCoordinates(rows), F)
     assert not found.guarded.any()
-    each = [rs.equilibrium(robot, rs.JointCoordinates(q), F) for q in poses.values]
+    each = [rs.equilibrium(robot, rs.JointCoordinates(q), F) for q in rows]
     wanted = np.stack([one.displacement for one in each])
     np.testing.assert_allclose(found.displacement, wanted, rtol=1e-9, atol=1e-15)
 
