@@ -28,6 +28,9 @@ from tests.other_programs import COMMANDS, PEERS, is_there
 # wait for one another busily.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# SymPy keeps the last 1,000 answers of each function; formulas take a tenth longer with these.
+os.environ.setdefault("SYMPY_CACHE_SIZE", "10000")
+
 # Records of the same robots are made once by all workers, in a folder of this run; those of the
 # user stay as they are.
 _SHARED = "ROBOSTIFF_RECORDS_OF_TESTS"

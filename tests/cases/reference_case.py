@@ -1,8 +1,7 @@
-"""The reference cases, and the same in millimetres."""
+"""The reference cases."""
 
 from __future__ import annotations
 
-import copy
 import functools
 import json
 from dataclasses import dataclass
@@ -18,8 +17,7 @@ from robostiff.elastostatics import (
     chain_stiffness,
     matrix_length,
 )
-from robostiff.io.document import parse_document
-from robostiff.io.snapshot import read_snapshot, snapshot_from_document
+from robostiff.io.snapshot import read_snapshot
 from robostiff.kinematics import leg_compliance, passive_jacobian
 from robostiff.model import PlacedLeg, Snapshot
 
@@ -71,40 +69,3 @@ def leg_stiffness(
 def robot_stiffness(snapshot: Snapshot, form: Form) -> CartesianStiffness:
     at = snapshot.reference_point
     return aggregate([leg_stiffness(snapshot, leg, at, form) for leg in snapshot.legs])
-
-
-@functools.cache
-def in_millimetres(name: str) -> Snapshot:
-    """The same robot with every length in millimetres, forces in newtons."""
-    data = copy.deepcopy(case(name).data)
-    data["reference_point"] = _scaled(data["reference_point"], 1e3)
-    for leg in data["legs"]:
-        leg["end"] = _scaled(leg["end"], 1e3)
-        for element in leg["chain"]:
-            _to_millimetres(element)
-    return snapshot_from_document(parse_document(json.dumps(data), file=f"{name}.json"))
-
-
-def in_metres(K_mm: np.ndarray) -> np.ndarray:
-    """A stiffness matrix [N/mm, N, N mm] as [N/m, N, N m]."""
-    translations = {6: 3, 3: 2}[len(K_mm)]
-    factor = np.where(np.arange(len(K_mm)) < translations, 1e3, 1.0)
-    return K_mm * np.outer(factor, factor) / 1e3
-
-
-def _to_millimetres(element: dict[str, Any]) -> None:
-    for key in ("point", "start", "end"):
-        if key in element:
-            element[key] = _scaled(element[key], 1e3)
-    for key, factor in {"E": 1e-6, "G": 1e-6, "A": 1e6, "Iy": 1e12, "Iz": 1e12, "J": 1e12}.items():
-        if key in element:
-            element[key] *= factor
-    if "k" in element:
-        element["k"] *= 1e-3 if element["kind"] == "P" else 1e3
-    if "K" in element:
-        root = np.repeat([1e-3, 1e3], 3) ** 0.5
-        element["K"] = (np.array(element["K"]) * np.outer(root, root)).tolist()
-
-
-def _scaled(vector: list[float], factor: float) -> list[float]:
-    return [factor * x for x in vector]

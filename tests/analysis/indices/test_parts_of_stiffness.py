@@ -1,4 +1,4 @@
-"""Closed forms, statuses, metrics and maps of indices; definitions are in tests/campaign."""
+"""Statuses, metrics, maps and laws of indices; their definitions are in tests/campaign."""
 
 from typing import Any
 
@@ -21,14 +21,7 @@ from robostiff.analysis.indices import (
 )
 from robostiff.page import principal_table
 from robostiff.spatial import Screw, move_stiffness, skew
-from tests.analysis.indices.machines import (
-    any_rotation,
-    body_on_spring,
-    clamped_beam,
-    planar_body,
-    random_body,
-    turned_body,
-)
+from tests.analysis.indices.machines import any_rotation, planar_body, random_body, turned_body
 
 # What a regular robot has is optional for others: a None fails these tests by itself.
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
@@ -38,32 +31,6 @@ from tests.analysis.indices.machines import (
 
 SEEDS = st.integers(0, 2**32 - 1)
 LENGTHS = st.floats(0.05, 5.0)
-
-
-def test_a_cantilever_pushed_at_its_tip():
-    L = 0.8
-    result, beam = clamped_beam(L, np.eye(3))
-    held, free = principal_stiffness(result), collinear_stiffness(result)
-    EA, GJ, EIy, EIz = beam["EA"], beam["GJ"], beam["EIy"], beam["EIz"]
-    assert np.allclose(held.translational, [12 * EIy / L**3, 12 * EIz / L**3, EA / L])
-    assert np.allclose(free.translational, [3 * EIy / L**3, 3 * EIz / L**3, EA / L])
-    assert np.allclose(np.sort(held.rotational), np.sort([GJ / L, 4 * EIy / L, 4 * EIz / L]))
-    assert np.allclose(np.sort(free.rotational), np.sort([GJ / L, EIy / L, EIz / L]))
-    worst = worst_deflection(result)
-    assert np.isclose(worst.translational, L**3 / (3 * EIy))
-    assert np.allclose(worst.translational_direction, [0, 0, 1])
-
-
-def test_diagonal_springs():
-    found = anisotropy(body_on_spring(np.diag([1e5, 2e5, 4e5, 30.0, 60.0, 30.0])))
-    assert np.allclose([found.translational, found.rotational], [4.0, 2.0])
-    k, L = 1e5, 0.2
-    result = body_on_spring(np.diag([k] * 3 + [k * L**2] * 3))
-    found = condition_number(result, length=L)
-    assert np.allclose([found.two_norm, found.frobenius], 1.0)
-    assert np.isclose(condition_number(result, length=2 * L).two_norm, 4.0)
-    work = virtual_work(result, length=L)
-    assert np.allclose([work.worst, work.mean], 0.5 / k)
 
 
 @given(SEEDS)
@@ -146,29 +113,6 @@ def test_with_inertia_as_metric_no_reference_point_matters(seed: int, other: int
     assert np.allclose(there.values, found.values, rtol=1e-6)
 
 
-@given(SEEDS, LENGTHS, st.sampled_from([1e3, 1e-3, 1 / 0.0254]))
-def test_the_unit_of_length_does_not_matter(seed: int, length: float, per_metre: float):
-    """A machine `per_metre` times as large in a unit as much larger is the same machine."""
-    result = random_body(seed)
-    s = np.array([1.0] * 3 + [per_metre] * 3)
-    scaled = body_on_spring(result.K * np.outer(s, s) / per_metre**2)
-    one = condition_number(result, length=length)
-    two = condition_number(scaled, length=per_metre * length)
-    assert np.isclose(one.two_norm, two.two_norm, rtol=1e-8)
-    assert np.isclose(one.frobenius, two.frobenius, rtol=1e-8)
-    # forces in N, lengths in the other unit: stiffness per length
-    values = eigenstiffness(scaled, length=per_metre * length).values
-    assert np.allclose(
-        values * per_metre**2, eigenstiffness(result, length=length).values, rtol=1e-8
-    )
-
-
-def test_virtual_work_is_what_deflection_stores():
-    robot = rs.load("hexapod")
-    found = virtual_work(rs.stiffness(robot), length=0.3)
-    assert np.isclose(rs.deflection(robot, wrench=found.worst_wrench).energy, found.worst)
-
-
 def test_the_length_is_the_robots_own_when_left_out():
     result = rs.stiffness(rs.load("hexapod"))
     assert isinstance(result, rs.Stiffness)
@@ -196,22 +140,11 @@ def numbers_of(found: Any) -> np.ndarray:
     return np.array([*own, found.centre_of_stiffness.coupling, found.centre_of_compliance.coupling])
 
 
-@given(SEEDS, SEEDS, st.floats(0.05, 5.0))
-def test_axes_do_not_matter_and_places_turn_with_the_robot(seed: int, other: int, length: float):
+@given(SEEDS, SEEDS)
+def test_axes_do_not_matter_and_places_turn_with_the_robot(seed: int, other: int):
     R = any_rotation(other)
-    here, there = (
-        rs.indices(one, length=length) for one in (random_body(seed), turned_body(seed, R))
-    )
+    here, there = map(rs.indices, (random_body(seed), turned_body(seed, R)))
     np.testing.assert_allclose(numbers_of(there), numbers_of(here), rtol=1e-6)
-    for ask in (
-        lambda one: one.principal.rotational,
-        lambda one: one.collinear.translational,
-        lambda one: one.anisotropy.translational,
-        lambda one: one.eigenstiffness.values,
-        lambda one: (one.condition.two_norm, one.condition.frobenius),
-        lambda one: (one.virtual_work.worst, one.virtual_work.mean),
-    ):
-        np.testing.assert_allclose(ask(there), ask(here), rtol=1e-7)
     u = np.random.default_rng(seed).normal(size=3)
     along, turned = (
         directional_stiffness(here.result, u),

@@ -12,7 +12,8 @@ from robostiff import Quantity, Threads
 from tests.analysis.maps.robots import loaded
 from tests.analysis.maps.test_stores import Interruption, interrupted_after
 
-POSES = rs.RandomPoses(4_000, {"x": (-0.4, 0.4), "y": (-0.4, 0.4), "rz": (-0.5, 0.5)}, seed=3)
+WITHIN = {"x": (-0.4, 0.4), "y": (-0.4, 0.4), "rz": (-0.5, 0.5)}
+POSES = rs.RandomPoses(4_000, WITHIN, seed=3)
 QUANTITIES = [Quantity.PRINCIPAL_STIFFNESS, Quantity.WORST_DEFLECTION, Quantity.STIFFNESS]
 LIMITS = np.array([1e4, 1e6])
 ALL = [
@@ -142,14 +143,16 @@ def test_another_question_is_refused_and_nothing_overwritten(begun):
 
 
 @pytest.mark.parametrize(
-    "poses",
+    ("poses", "where"),
     [
-        rs.RandomPoses(20_001, {"x": (-0.4, 0.4), "y": (-0.4, 0.4), "rz": (-0.5, 0.5)}, seed=5),
-        rs.Grid(x=rs.Axis(-0.3, 0.3, 7), y=rs.Axis(-0.3, 0.3, 23), rz=rs.Axis(-0.4, 0.4, 101)),
+        (rs.RandomPoses(20_001, WITHIN, seed=5), None),
+        (
+            rs.Grid(x=rs.Axis(-0.3, 0.3, 7), y=rs.Axis(-0.3, 0.3, 23), rz=rs.Axis(-0.4, 0.4, 101)),
+            lambda pose: pose["x"] + pose["y"] < 0.1,
+        ),
     ],
     ids=["random", "grid"],
 )
-@pytest.mark.parametrize("where", [None, lambda pose: pose["x"] + pose["y"] < 0.1])
 def test_kernels_reduce_as_their_maps(poses, where, monkeypatch):
     """In blocks and pieces of any size, poses of the careful form and excluded ones among them."""
     question = (loaded("3-rpr"), poses, QUANTITIES)

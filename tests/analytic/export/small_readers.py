@@ -1,6 +1,7 @@
-"""Functions of MATLAB and Julia run as Python: readers of the few constructs that exports use.
+"""Functions of Julia run as Python: a reader of the few constructs that exports use.
 
-They are no interpreters of these languages: syntax is checked only as far as they know it.
+It is no interpreter of the language: syntax is checked only as far as it knows it. Functions of
+MATLAB are run by Octave.
 """
 
 import math
@@ -10,7 +11,7 @@ import warnings
 import numpy as np
 
 _NAMES_OF_OTHERS = ("class", "lambda")
-_CONDITIONS = ((r"&&", " and "), (r"\|\|", " or "), (r"~(?=\w)", "not "), (r"\^", "**"))
+_CONDITIONS = ((r"&&", " and "), (r"\|\|", " or "), (r"\^", "**"))
 
 
 def _real(function, domain=lambda x: True):
@@ -26,70 +27,31 @@ def _real(function, domain=lambda x: True):
     return value
 
 
-def _names():
-    plain = {name: _real(getattr(np, name)) for name in ("sin", "cos", "tan", "exp")}
-    plain |= {name: _real(getattr(np, name)) for name in ("sinh", "cosh", "tanh")}
-    return plain | {
-        "sqrt": _real(np.sqrt, lambda x: x >= 0),
-        "log": _real(np.log, lambda x: x >= 0),
-        "asin": _real(np.arcsin, lambda x: abs(x) <= 1),
-        "acos": _real(np.arccos, lambda x: abs(x) <= 1),
-        "atan": _real(np.arctan),
-        "atan2": _real(np.arctan2),
-        "abs": np.abs,
-        "pi": np.pi,
-        "NaN": np.float64(math.nan),
-    }
+def _throw(error):
+    raise error
 
 
-def _python(text):
-    for pattern, new in _CONDITIONS:
-        text = re.sub(pattern, new, text)
-    return text
+def _atan(*arguments):
+    return np.float64(math.atan2(*arguments) if len(arguments) == 2 else math.atan(*arguments))
 
 
-def _indexed(text, names, opening, closing):
-    """``K(1, 2)`` or ``K[1, 2]`` as entries counted from 0."""
-    o, c = re.escape(opening), re.escape(closing)
-    for name in names:
-        pattern = rf"\b{name}{o}(\d+), (\d+){c}"
-        text = re.sub(pattern, lambda m, n=name: f"{n}[{int(m[1]) - 1}, {int(m[2]) - 1}]", text)
-    return text
-
-
-def matlab(source):
-    """The first function of a MATLAB file, as a Python function."""
-    lines = [line for line in source.splitlines() if not line.startswith("%")]
-    text = re.sub(r" \.\.\.\n *", " ", "\n".join(lines))
-    out, depth, results = [], 0, []
-    first = None
-    for line in (line.strip() for line in text.splitlines() if line.strip()):
-        head = re.fullmatch(r"function (\[?)([\w, ]+)\]? = (\w+)\((.*)\)", line)
-        if head:
-            assert depth == 0, "a function begins inside another"
-            results = [result.strip() for result in head[2].split(",")]
-            first = first or (head[3], list(results))
-            out.append(f"def {head[3]}({head[4]}):")
-            depth = 1
-        elif line == "end":
-            depth -= 1
-            if depth == 0:
-                out.append(f"    return {', '.join(results)}")
-        elif line.startswith("if "):
-            out.append("    " * depth + f"if {_python(line[3:])}:")
-            depth += 1
-        else:
-            assert line.endswith(";"), f"a line without its end: {line}"
-            assert first is not None, f"a line before the function: {line}"
-            body = _indexed(_python(line[:-1]), first[1], "(", ")").replace("(:)", "")
-            body = re.sub(r"zeros\((\d+), \d+\)", r"zeros((\1, \1))", body)
-            body = re.sub(r"^error\((.*)\)$", r"raise ValueError(\1)", body)
-            out.append("    " * depth + body)
-    assert depth == 0, "an end is missing"
-    assert first is not None, "no function"
-    names = {**_names(), "zeros": np.zeros, "all": np.all, "isfinite": np.isfinite}
-    names["isreal"] = np.isreal
-    return _run(out, names, first[0])
+_NAMES = {
+    **{name: _real(getattr(np, name)) for name in ("sin", "cos", "tan", "exp")},
+    **{name: _real(getattr(np, name)) for name in ("sinh", "cosh", "tanh")},
+    "sqrt": _real(np.sqrt, lambda x: x >= 0),
+    "log": _real(np.log, lambda x: x >= 0),
+    "asin": _real(np.arcsin, lambda x: abs(x) <= 1),
+    "acos": _real(np.arccos, lambda x: abs(x) <= 1),
+    "abs": np.abs,
+    "pi": np.pi,
+    "zeros": np.zeros,
+    "all": np.all,
+    "isfinite": np.isfinite,
+    "atan": _atan,
+    "float": np.float64,
+    "throw": _throw,
+    "DomainError": lambda _, words: ValueError(words),
+}
 
 
 def julia(source):
@@ -110,36 +72,21 @@ def julia(source):
     body = re.sub(r"^    (\w+) \|\| throw\(", r"    \1 or throw(", body, flags=re.MULTILINE)
     returned = re.search(r"^    return (.*)$", body, flags=re.MULTILINE)
     assert returned is not None, "nothing is returned"
-    body = _indexed(_python(body), returned[1].split(", "), "[", "]")
-
-    def throw(error):
-        raise error
-
-    def atan(*arguments):
-        return np.float64(math.atan2(*arguments) if len(arguments) == 2 else math.atan(*arguments))
-
-    names = {
-        **_names(),
-        "zeros": np.zeros,
-        "all": np.all,
-        "isfinite": np.isfinite,
-        "atan": atan,
-        "float": np.float64,
-        "throw": throw,
-        "DomainError": lambda _, words: ValueError(words),
-    }
-    del names["atan2"], names["NaN"]
-    return _run([f"def {head[1]}({head[2]}):", *body.splitlines()], names, head[1])
-
-
-def _run(lines, names, name):
-    module = dict(names)
-    # Words of Python alone are good names in the other languages.
-    source = re.sub(rf"\b({'|'.join(_NAMES_OF_OTHERS)})\b", r"\1_", "\n".join(lines))
-    exec(source, module)  # noqa: S102
+    for pattern, new in _CONDITIONS:
+        body = re.sub(pattern, new, body)
+    for name in returned[1].split(", "):  # entries, counted from 0
+        body = re.sub(
+            rf"\b{name}\[(\d+), (\d+)\]",
+            lambda m, n=name: f"{n}[{int(m[1]) - 1}, {int(m[2]) - 1}]",
+            body,
+        )
+    # Words of Python alone are good names in Julia.
+    whole = f"def {head[1]}({head[2]}):\n{body}"
+    module = dict(_NAMES)
+    exec(re.sub(rf"\b({'|'.join(_NAMES_OF_OTHERS)})\b", r"\1_", whole), module)  # noqa: S102
 
     def called(*values):
         with np.errstate(all="ignore"):
-            return module[name](*map(np.float64, values))
+            return module[head[1]](*map(np.float64, values))
 
     return called
