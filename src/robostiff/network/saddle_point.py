@@ -92,8 +92,8 @@ def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], dict[
     Connections come by their numbers.
     """
     some = [np.flatnonzero(own.rigid.any(axis=1)) for own in equations.groups]
-    edges = {k: c for k, c in equations.some_connections(some).items() if c.rigid.any()}
-    ends = {k: sorted({*c.nodes} - still) for k, c in edges.items()}
+    edges = equations.some_connections(some)
+    ends = {k: sorted({name for name, *_ in c.ends} - still) for k, c in edges.items()}
     at: dict[str, set[int]] = defaultdict(set)
     for k, own in ends.items():
         for name in own:
@@ -123,7 +123,6 @@ def redundant_freedoms(
     moving = [
         (c, null_spaces(c.freedoms, equations.tolerance)[0])
         for c in equations.some_connections(some).values()
-        if c.freedom_names
     ]
     rates = [block_diagonal([own for _, own in moving])]
     for mechanism in mobility.mechanisms:
@@ -216,32 +215,16 @@ class NetworkMatrix:
 def network_matrix(equations: Equations) -> NetworkMatrix:
     """The matrix of a network, whether its platform is free or not."""
     n, number_of = equations.size, {name: i for i, name in enumerate(equations.points)}
-    first = sum(len(own.numbers) for own in equations.groups)
-    # Their numbers, compliances (N, m, m), nodes and points at e ends, and parts (N, e, m, n) there
-    alike = [
-        (
-            own.numbers,
-            own.S,
-            own.nodes,
-            own.at[:, None],
-            np.stack([-own.W, own.W], 1).swapaxes(2, 3),
-        )
-        for own in equations.groups
-    ] + [
-        (np.array([k]), own.S[None], [own.nodes], np.array([at]), np.array([parts]))
-        for k, own in enumerate(equations.couplings, first)
-        for _, at, parts in [zip(*own.ends, strict=True)]
-    ]
-    sizes = np.empty(first + len(equations.couplings), dtype=int)
-    for numbers, S, *_ in alike:
-        sizes[numbers] = S.shape[-1]
+    sizes = np.empty(sum(len(own.numbers) for own in equations.groups), dtype=int)
+    for own in equations.groups:
+        sizes[own.numbers] = own.S.shape[-1]
     starts = n * len(number_of) + np.cumsum(sizes) - sizes
     points, parts = np.array([*equations.points.values()]), []
-    for numbers, S, names, at, of_ends in alike:
-        nodes = np.array([[number_of[name] for name in own] for own in names])
-        A = (of_ends @ equations.between(points[nodes], at)).swapaxes(1, 2)
-        rows = starts[numbers][:, None] + np.arange(S.shape[-1])
-        parts.append(AlikeConnections(rows, S, nodes, np.ascontiguousarray(A)))
+    for own in equations.groups:
+        nodes = np.array([[number_of[name] for name in names] for names in own.nodes])
+        A = (own.parts @ equations.between(points[nodes], own.at)).swapaxes(1, 2)
+        rows = starts[own.numbers][:, None] + np.arange(own.S.shape[-1])
+        parts.append(AlikeConnections(rows, own.S, nodes, np.ascontiguousarray(A)))
     rows_of = dict(zip(number_of, np.arange(n * len(number_of)).reshape(-1, n), strict=True))
     size = n * len(number_of) + int(sizes.sum())
     every, ends_at = np.arange(size), (starts + sizes).tolist()
