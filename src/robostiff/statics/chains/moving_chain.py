@@ -440,8 +440,11 @@ class MovingChains:
         w, v, C = self._columns(*placed)
         if points is None:
             points = self._loaded_points(placed[1])[len(self.load_point) - len(bodies) :]
-        moved = (at.of_chain[:, None] == at.chains[bodies]) & (at.body[:, None] <= bodies)
-        k, i = np.nonzero(moved)
+        chains = at.chains[bodies]
+        first, stop = (np.searchsorted(at.of_chain, chains, side) for side in ("left", "right"))
+        i = np.repeat(np.arange(len(bodies)), stop - first)
+        k = np.arange(len(i)) + (stop - np.cumsum(stop - first))[i]
+        i, k = (each[at.body[k] <= bodies[i]] for each in (i, k))
         found = self._zeros(len(bodies), 6, total)
         found[i, :3, unknowns[k]] = v[k] + crossed(w[k], points[i] - C[at.body[k]])
         found[i, 3:, unknowns[k]] = w[k]

@@ -285,6 +285,15 @@ class LegNumbers:
             x = self.x[self.places[place]]
             at[: len(x)] = x
 
+    @property
+    def widest(self) -> int:
+        """The most free unknowns that a component has."""
+        return max((block.free for block in self.blocks), default=0)
+
+    def bodies_at(self, spots: Sequence[Spot]) -> np.ndarray:
+        """Bodies of chains (M,) by their places."""
+        return np.array([self.of_chains.bodies[c][after] for c, after in spots], dtype=int)
+
     def place(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Of entries of the flat tangent, by unknowns of one component."""
         return self.rows[a] + self.local[b]
