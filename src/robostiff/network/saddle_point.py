@@ -58,23 +58,15 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
     Constraints along a tree are independent; only rigid parts that close a loop, or lead from one
     fixed body to another, are looked at.
     """
-    network, n = equations.network, equations.size
+    network, n, matrix = equations.network, equations.size, network_matrix(equations)
     still = {*network.fixed, *([network.platform] if platform_fixed else [])}
     dropped: dict[int, list[int]] = defaultdict(list)
     on_platform, doubtful, undetermined = [np.zeros((n, 0))], False, set()
     for nodes, connections in _loops(equations, still):
-        column = {name: slice(n * i, n * (i + 1)) for i, name in enumerate(nodes)}
         places = [(k, int(j)) for k, c in connections.items() for j in np.flatnonzero(c.rigid)]
-        A, A_p = np.zeros((len(places), n * len(nodes))), np.zeros((len(places), n))
-        row = 0
-        for c in connections.values():
-            rows = slice(row, row := row + int(np.count_nonzero(c.rigid)))
-            for name, point, part in c.ends:
-                wrenches = part[c.rigid] @ equations.transport(name, point)
-                if name in column:
-                    A[rows, column[name]] += wrenches
-                elif name == network.platform:
-                    A_p[rows] += wrenches
+        rows = matrix.whole[[matrix.wrench_rows[k][j] for k, j in places]]
+        unknowns = np.array([matrix.rows_of[name] for name in nodes], dtype=int).ravel()
+        A, A_p = (rows[:, at].toarray() for at in (unknowns, matrix.rows_of[network.platform]))
         _, left, doubt = null_spaces(A, equations.tolerance)
         doubtful |= doubt
         on_platform.append(A_p.T @ left)
