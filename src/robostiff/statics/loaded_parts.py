@@ -164,7 +164,7 @@ class CarriedLoads:
             W[list(legs.rows)] = state.legs.W[c]
             names = [e.name for e in chain.elements]
             for k, element in enumerate(chain.elements):
-                x = state.legs.x[legs.places[c, k]]
+                x = state.legs.x[legs.numbers.places[c, k]]
                 if isinstance(element, FiniteJoint):
                     body, moved, unit = bodies[k], x, "N m" if element.turns else "N"
                     load = element.force(float(x[0])) - self.share * float(element.preload)

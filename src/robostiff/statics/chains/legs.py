@@ -151,11 +151,6 @@ class Legs:
         """Forces (A, 3) on the anchors, from those of springs (S, 3) on their first ends [N]."""
         return np.array([force[i] * (1 - 2 * side) for side, i, _ in self.anchors]).reshape(-1, 3)
 
-    @property
-    def places(self) -> dict[tuple[int, int], slice]:
-        """Coordinates of all elements, by chain and place there, among all."""
-        return self.numbers.places
-
     @cached_property
     def rigid(self) -> list[FiniteCoupling]:
         """Couplings whose sums stay 0."""
@@ -212,7 +207,7 @@ class Legs:
         for coupling in self.couplings:
             a = np.zeros(self.numbers.total, dtype=int).astype(coupling.factors.dtype)
             for place, factor in zip(coupling.terms, coupling.factors, strict=True):
-                a[self.numbers.x[self.places[place]]] = factor
+                a[self.numbers.x[self.numbers.places[place]]] = factor
             found.append(a)
         return found
 
@@ -235,7 +230,9 @@ class Legs:
         turn = sum_of_crossed(D) * -0.5 if D.dtype == object else vector_of_rotation(D)
         gap = np.concatenate([terms.P - p_end, turn], axis=-1)[:, rows]
         J, tangent = terms.J[:, rows], terms.tangent
-        A = at.summed(at.entries, [tangent, tangent[at.off_diagonal], J, -J, at.constants])
+        parts = tangent, tangent[at.off_diagonal], J, -J, at.constants
+        size = sum(block.at.size * block.at.shape[1] for block in at.blocks)
+        A = summed(at.entries, np.concatenate([part.ravel() for part in parts]), size)
         r = summed(at.columns, terms.gradient, at.total)
         r_factor = summed(at.columns, terms.by_share * share.rate, at.total)
         r[at.W] += gap

@@ -298,11 +298,6 @@ class LegNumbers:
         """Of entries of the flat tangent, by unknowns of one component."""
         return self.rows[a] + self.local[b]
 
-    def summed(self, places: np.ndarray, values: Sequence[np.ndarray]) -> np.ndarray:
-        """The flat tangent: contributions added up at their places."""
-        size = sum(block.at.size * block.at.shape[1] for block in self.blocks)
-        return summed(places, np.concatenate([array.ravel() for array in values]), size)
-
     def as_blocks(self, A: np.ndarray) -> tuple[np.ndarray, ...]:
         """The blocks (N, n, n) of a flat tangent."""
         found, start = [], 0
