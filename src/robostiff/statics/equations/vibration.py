@@ -286,10 +286,15 @@ def vibrations(
             B[:, rows, columns], B[:, rows, n:] = own[:, c, :, :k], own[:, c, :, k:] @ P
             Z[:, x, columns], Z[:, x, n:] = E[:, c], follow[:, c] @ P
             i += k
-    return [
-        _with_stiffness(Z_i, B_i, r) if np.all(own > 0) else _without_stiffness(Z_i, own, B_i)
-        for Z_i, own, B_i in zip(Z, signs, B, strict=True)
-    ]
+    found = list[Vibrations]()
+    for Z_i, own, B_i in zip(Z, signs, B, strict=True):
+        if not np.all(own > 0):
+            found.append(_without_stiffness(Z_i, own, B_i))
+            continue
+        values = np.linalg.svd(B_i, compute_uv=False)  # most of the time where legs have masses
+        k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
+        found.append((1.0 / values[:k] ** 2, partial(_shapes, Z_i, B_i, k, r)))
+    return found
 
 
 def _by_component(block: ComponentBlock, rows: np.ndarray, chains: np.ndarray) -> np.ndarray:
@@ -318,13 +323,6 @@ def _motions_of_platform(known: Linearised) -> np.ndarray:
     most = np.max(sizes, axis=-1, initial=0.0, keepdims=True)
     most = np.where(most > 0, most, 1.0)
     return free @ np.swapaxes(Vt, -1, -2) / np.where(sizes > _RIGID * most, sizes, most)[:, None]
-
-
-def _with_stiffness(Z: np.ndarray, B: np.ndarray, r: int) -> Vibrations:
-    """Where every motion of unit energy meets a stiffness."""
-    values = np.linalg.svd(B, compute_uv=False)  # the most of the time where legs have masses
-    values = values[values > _MASSLESS * np.max(values, initial=0.0)]
-    return 1.0 / values**2, partial(_shapes, Z, B, len(values), r)
 
 
 def _shapes(Z: np.ndarray, B: np.ndarray, count: int, r: int) -> np.ndarray:
