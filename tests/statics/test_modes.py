@@ -244,15 +244,19 @@ def test_modes_of_many_poses_are_those_of_each():
 
 
 @pytest.mark.parametrize("inertia", [None, [1, 2, 3]])
-@pytest.mark.parametrize("name", ["gough-stewart-b", "us-ups", "gantry-tau", "3-rpr"])
-def test_without_load_modes_of_many_platforms_follow_from_their_stiffness(
-    name: str, inertia: list[int] | None
-):
+@pytest.mark.parametrize(
+    "name",
+    # of the platform alone, by K; the rest have masses on their legs
+    ["gough-stewart-b", "us-ups", "gantry-tau", "3-rpr", "hexapod", "delta", "six-joint-arm"],
+)
+def test_without_load_modes_at_many_poses_are_those_at_each(name: str, inertia: list[int] | None):
     robot = rs.load(name)
     home = np.asarray(rs.stiffness(robot).pose)
     free = [("x", "y", "z", "rx", "ry", "rz").index(c.value) for c in robot.coordinates]
-    poses = home[free] + np.random.default_rng(3).uniform(-0.1, 0.1, (5, len(free)))
-    poses[2, 0] += 90 * (name == "3-rpr")  # out of reach
+    poses = np.tile(home, (5, 1))
+    poses[:, free] += np.random.default_rng(3).uniform(-0.1, 0.1, (5, len(free)))
+    poses[2, 0] += 90 * (name in ("3-rpr", "delta"))  # out of reach
+    poses[2, 3] += 0.1 * (name == "gantry-tau")
     mass = {"platform": rs.Mass(20, centre=[0.1, 0.2, 0.0], inertia=inertia)}
     found = rs.modes(robot, poses, mass)
     for i, (pose, own) in enumerate(zip(poses, found.frequencies, strict=True)):

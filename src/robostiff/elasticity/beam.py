@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import permutations
 from numbers import Integral
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -205,9 +206,9 @@ def uniform_beam(C: np.ndarray, *, is_one: bool = False) -> UniformBeam | None:
     shear_y = shear_y if shear_y > _ALIKE * size_y else 0.0
     shear_z = shear_z if shear_z > _ALIKE * size_z else 0.0
     across = {(1, 5): 0.5 * L * rz, (2, 4): -0.5 * L * ry}
-    for i, j in np.ndindex(6, 6):
+    for i, j in permutations(range(6), 2):
         apart = abs(rows[i][j] - across.get((min(i, j), max(i, j)), 0.0))
-        if i != j and apart > _ALIKE * math.sqrt(diagonal[i] * diagonal[j]):
+        if apart > _ALIKE * math.sqrt(diagonal[i] * diagonal[j]):
             return None
     return UniformBeam(L, L / stretch, L / ry, L / rz, L / twist, shear_y, shear_z)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,37 +29,58 @@ _DENSE = 1e3
 _SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
 
 
-@frozen
-class Motion:
-    """How some nodes move against one another at a beam, spring, joint or coupling.
-
-    It resists the motions d with wrenches of sizes f, and ``d = S f``.
-    """
+class Motion(NamedTuple):
+    """How some nodes move against one another at one of `Connections`."""
 
     name: str
-    # nodes, points (3,) [m], and the parts (m, n) of their displacements there in d; an element has
-    # its nodes a and b, at one point, and -W^T and W^T of unit wrenches W that it transmits
-    ends: tuple[tuple[str, np.ndarray, np.ndarray], ...]
-    # (m, m): scaled compliance; rows and columns of rigid directions are exactly 0
-    S: np.ndarray
-    freedoms: np.ndarray  # (n, q): unit twists of the passive freedoms, scaled
-    freedom_names: tuple[str, ...] = ()  # ``connection/freedom``
+    ends: tuple[tuple[str, np.ndarray, np.ndarray], ...]  # nodes, points (3,), and parts (m, n)
+    S: np.ndarray  # (m, m)
+    rigid: np.ndarray  # (m,)
+    freedoms: np.ndarray  # (n, q)
+    freedom_names: tuple[str, ...]
 
-    @property
-    def nodes(self) -> tuple[str, ...]:
-        """The nodes at its ends."""
-        return tuple(name for name, _, _ in self.ends)
+
+@frozen
+class Connections:
+    """Beams, springs and joints, or a coupling, of as many ends, motions and freedoms.
+
+    Each resists the motions d of its nodes against one another with wrenches of sizes f, and
+    ``d = S f``.
+    """
+
+    numbers: np.ndarray  # (N,): places among all of the network
+    names: Sequence[str]
+    nodes: Sequence[tuple[str, ...]]  # at e ends
+    # (N, e, 3) or (N, 1, 3): points of these [m]; and (N, e, m, n): the parts of their
+    # displacements there in d: -W^T and W^T of unit wrenches W that an element transmits
+    at: np.ndarray
+    parts: np.ndarray
+    # (N, m, m): scaled compliance; rows and columns of rigid directions are exactly 0
+    S: np.ndarray
+    freedoms: np.ndarray  # (N, n, q): unit twists of the passive freedoms, scaled
+    freedom_names: Sequence[tuple[str, ...]]  # ``connection/freedom``
 
     @cached_property
     def rigid(self) -> np.ndarray:
-        """Which of the motions are impossible (m,)."""
-        return ~np.any(self.S, axis=0)
+        """Which motions are impossible (N, m)."""
+        return ~np.any(self.S, axis=1)
+
+    def motion(self, i: int) -> Motion:
+        """One of them."""
+        at = np.broadcast_to(self.at[i], (len(self.nodes[i]), 3))
+        ends = tuple(zip(self.nodes[i], at, self.parts[i], strict=True))
+        rest = self.S[i], self.rigid[i], self.freedoms[i], self.freedom_names[i]
+        return Motion(self.names[i], ends, *rest)
 
 
 def coupled_motion(
-    own: CouplingElement, points: Mapping[str, np.ndarray], scale: np.ndarray, space: Space
-) -> Motion:
-    """The row of a coupling; `scale` turns twists into lengths.
+    place: int,
+    own: CouplingElement,
+    points: Mapping[str, np.ndarray],
+    scale: np.ndarray,
+    space: Space,
+) -> Connections:
+    """The row of a coupling at its place in the network; `scale` turns twists into lengths.
 
     A joint turns by ``s . d``, where d is how its bodies move against each other, and s a row of
     the inverse of the twists of its freedoms.
@@ -66,45 +88,25 @@ def coupled_motion(
     rows, found = list(space.rows), []
     for joint, number, factor in own.terms:
         at = points[joint.a] if joint.point is None else joint.point
-        place = joint.place(number)
-        if place is None:
+        moving = joint.place(number)
+        if moving is None:
             continue
         twists = np.array([f.twist(at)[rows] * scale for f in joint.moving]).T
-        row = factor * np.linalg.pinv(twists)[place][None, :]
+        row = factor * np.linalg.pinv(twists)[moving][None, :]
         found += [(joint.a, at, -row), (joint.b, at, row)]
     size = float(np.sqrt(sum(np.sum(row**2) for _, _, row in found)))
     S = 0.0 if own.stiffness is None else 1.0 / (own.stiffness * size**2)
-    ends = tuple((name, at, row / size) for name, at, row in found)
-    return Motion(own.name, ends, np.array([[S]]), np.zeros((len(rows), 0)))
-
-
-@frozen
-class ElementGroup:
-    """Elements that transmit as many wrenches and have as many freedoms; see `Motion`."""
-
-    numbers: np.ndarray  # (N,): places of the elements in the network
-    elements: Sequence[Element]
-    at: np.ndarray  # (N, 3)
-    W: np.ndarray  # (N, n, m)
-    S: np.ndarray  # (N, m, m)
-    freedoms: np.ndarray  # (N, n, q)
-    freedom_names: Sequence[tuple[str, ...]]
-
-    @cached_property
-    def rigid(self) -> np.ndarray:
-        """Which wrenches are rigid (N, m)."""
-        return ~np.any(self.S, axis=1)
-
-    @cached_property
-    def nodes(self) -> list[tuple[str, str]]:
-        """The two nodes of each."""
-        return [(element.a, element.b) for element in self.elements]
-
-    def motion(self, i: int) -> Motion:
-        """One of the elements."""
-        e, at, W_T = self.elements[i], self.at[i], self.W[i].T
-        ends = (e.a, at, -W_T), (e.b, at, W_T)
-        return Motion(e.name, ends, self.S[i], self.freedoms[i], self.freedom_names[i])
+    names, at, of_ends = zip(*found, strict=True)
+    return Connections(
+        np.array([place]),
+        [own.name],
+        [names],
+        np.array([at]),
+        np.array([of_ends]) / size,
+        np.array([[[S]]]),
+        np.zeros((1, len(rows), 0)),
+        [()],
+    )
 
 
 _NO_FREEDOM, _RIGID, _WORLD = np.zeros((6, 0)), np.zeros((6, 6)), np.eye(3)
@@ -142,8 +144,10 @@ def groups_of(
     space: Space,
     tolerance: Tolerance,
     numbers: np.ndarray | None = None,
-) -> Iterator[ElementGroup]:
-    """Elements in groups; `scale` turns twists into lengths, `of_nodes` (N, 3) are points [m].
+) -> Iterator[Connections]:
+    """Elements, alike ones together.
+
+    `scale` turns twists into lengths, `of_nodes` (N, 3) are points [m].
 
     Raises InputError when an element of a planar network leaves the plane, or a compliance is
     negative.
@@ -168,7 +172,17 @@ def groups_of(
                 yield from groups_of(*one)
             continue
         W, S = _springs(some, C, W, scale, space, tolerance)
-        yield ElementGroup(numbers[own], some, at, axes @ W, S, axes @ J, names)
+        W_T = np.swapaxes(axes @ W, 1, 2)
+        yield Connections(
+            numbers[own],
+            [element.name for element in some],
+            [(element.a, element.b) for element in some],
+            at[:, None],
+            np.stack([-W_T, W_T], axis=1),
+            S,
+            axes @ J,
+            names,
+        )
 
 
 def _springs(
@@ -265,23 +279,18 @@ class Equations:
     length: float  # characteristic length [m]
     stiffness: float  # characteristic stiffness [N/m]
     tolerance: Tolerance
-    # beams, springs and joints; compliance in units of 1 / `stiffness`
-    groups: tuple[ElementGroup, ...]
-    couplings: tuple[Motion, ...]
+    # beams, springs and joints, then couplings; compliance in units of 1 / `stiffness`
+    groups: tuple[Connections, ...]
 
     @cached_property
     def connections(self) -> tuple[Motion, ...]:
         """Beams, springs and joints, then couplings, in the order of the network."""
-        return tuple(
-            self.some_connections([range(len(own.elements)) for own in self.groups]).values()
-        )
+        return tuple(self.some_connections([range(len(own.names)) for own in self.groups]).values())
 
     def some_connections(self, chosen: Sequence[Iterable[int]]) -> dict[int, Motion]:
-        """Some elements of each group, then all couplings, by their numbers in the network."""
+        """Some of each group, by their numbers in the network."""
         places = [(own, i) for own, some in zip(self.groups, chosen, strict=True) for i in some]
-        found = {int(own.numbers[i]): own.motion(i) for own, i in places}
-        first = sum(len(own.elements) for own in self.groups)
-        return dict(sorted(found.items())) | dict(enumerate(self.couplings, first))
+        return dict(sorted((int(own.numbers[i]), own.motion(i)) for own, i in places))
 
     @property
     def size(self) -> int:
@@ -325,23 +334,20 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
     length, reference = network.characteristic_length, network.reference_point
     if np.linalg.norm(reference - points[network.platform]) <= _FAR * length:
         points[network.platform] = reference
-    groups, couplings = _scaled(network, points, length or 1.0, tolerance)
+    groups = _scaled(network, points, length or 1.0, tolerance)
     # The largest length that the springs have, as a part of the one that scales them.
+    of_elements = [(own, own.parts[:, 1]) for own in groups[: len(groups) - len(network.couplings)]]
     lengths = [
-        matrix_length(own.W @ own.S @ np.swapaxes(own.W, 1, 2), own.freedoms)[np.any(own.S, (1, 2))]
-        for own in groups
+        matrix_length(np.swapaxes(W_T, 1, 2) @ own.S @ W_T, own.freedoms)[np.any(own.S, (1, 2))]
+        for own, W_T in of_elements
     ]
-    of_elements = np.concatenate([[0.0], *lengths]).max() * (length or 1.0)
-    if length <= tolerance.independence * of_elements:  # all in one point, relative to the springs
-        length = of_elements or 1.0
-        groups, couplings = _scaled(network, points, length, tolerance)
+    longest = np.concatenate([[0.0], *lengths]).max() * (length or 1.0)
+    if length <= tolerance.independence * longest:  # all in one point, relative to the springs
+        length = longest or 1.0
+        groups = _scaled(network, points, length, tolerance)
     soft = np.zeros(0)
-    parts = [
-        *((own.S, own.rigid) for own in groups),
-        *((own.S[None], own.rigid[None]) for own in couplings),
-    ]
-    for S, rigid in parts:
-        trace, count = np.trace(S, axis1=1, axis2=2), np.count_nonzero(~rigid, axis=1)
+    for own in groups:
+        trace, count = np.trace(own.S, axis1=1, axis2=2), np.count_nonzero(~own.rigid, axis=1)
         soft = np.append(soft, trace[count > 0] / count[count > 0])
     stiffness = 1.0 / float(np.exp(np.mean(np.log(soft)))) if soft.size else 1.0
     return Equations(
@@ -351,15 +357,16 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
         stiffness,
         tolerance,
         tuple(replace(own, S=own.S * stiffness) for own in groups),
-        tuple(replace(own, S=own.S * stiffness) for own in couplings),
     )
 
 
 def _scaled(
     network: Network, points: Mapping[str, np.ndarray], length: float, tolerance: Tolerance
-) -> tuple[list[ElementGroup], list[Motion]]:
+) -> list[Connections]:
     """Groups and couplings of a network, its twists turned into lengths by `length` [m]."""
     scale, elements = scaling(np.array(length), network.space), tuple(network.elements)
     of_nodes = np.array([points[element.a] for element in elements]).reshape(-1, 3)
     groups = [*groups_of(elements, of_nodes, scale, network.space, tolerance)]
-    return groups, [coupled_motion(own, points, scale, network.space) for own in network.couplings]
+    for number, own in enumerate(network.couplings, len(elements)):
+        groups.append(coupled_motion(number, own, points, scale, network.space))
+    return groups

@@ -167,7 +167,7 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     """
     network, n = equations.network, equations.size
     # Clusters of bodies without relative motion, by the first body of each
-    pairs = [pair for own in equations.groups if own.W.shape[2] == n for pair in own.nodes]
+    pairs = [pair for own in equations.groups if own.S.shape[2] == n for pair in own.nodes]
     names = [node.name for node in network.nodes]
     label_of = connected_parts(names, [*pairs, network.fixed])
     members: dict[str, list[str]] = {}
@@ -182,17 +182,13 @@ def mobility(equations: Equations, *, platform_fixed: bool) -> Mobility:
     still = {ground, platform} if platform_fixed else {ground}
     free = [label for label in members if label not in still]
     between = [
-        [i for i, (a, b) in enumerate(own.nodes) if label_of[a] != label_of[b]]
+        [i for i, ends in enumerate(own.nodes) if len({label_of[name] for name in ends}) > 1]
         for own in equations.groups
     ]
-    open_ = [
-        c
-        for c in equations.some_connections(between).values()
-        if len({label_of[name] for name in c.nodes}) > 1
-    ]
+    open_ = [*equations.some_connections(between).values()]
     mechanisms, held, doubtful = [], [], False
     for labels, numbers in independent_parts(
-        free, [{label_of[name] for name in c.nodes} - still for c in open_]
+        free, [{label_of[name] for name, *_ in c.ends} - still for c in open_]
     ):
         connections = [open_[k] for k in numbers]
         # Wrenches of connections on free clusters, and on a fixed platform that comes last, as rows

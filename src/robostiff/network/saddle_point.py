@@ -58,23 +58,15 @@ def redundancy(equations: Equations, *, platform_fixed: bool) -> Redundancy:
     Constraints along a tree are independent; only rigid parts that close a loop, or lead from one
     fixed body to another, are looked at.
     """
-    network, n = equations.network, equations.size
+    network, n, matrix = equations.network, equations.size, network_matrix(equations)
     still = {*network.fixed, *([network.platform] if platform_fixed else [])}
     dropped: dict[int, list[int]] = defaultdict(list)
     on_platform, doubtful, undetermined = [np.zeros((n, 0))], False, set()
     for nodes, connections in _loops(equations, still):
-        column = {name: slice(n * i, n * (i + 1)) for i, name in enumerate(nodes)}
         places = [(k, int(j)) for k, c in connections.items() for j in np.flatnonzero(c.rigid)]
-        A, A_p = np.zeros((len(places), n * len(nodes))), np.zeros((len(places), n))
-        row = 0
-        for c in connections.values():
-            rows = slice(row, row := row + int(np.count_nonzero(c.rigid)))
-            for name, point, part in c.ends:
-                wrenches = part[c.rigid] @ equations.transport(name, point)
-                if name in column:
-                    A[rows, column[name]] += wrenches
-                elif name == network.platform:
-                    A_p[rows] += wrenches
+        rows = matrix.whole[[matrix.wrench_rows[k][j] for k, j in places]]
+        unknowns = np.array([matrix.rows_of[name] for name in nodes], dtype=int).ravel()
+        A, A_p = (rows[:, at].toarray() for at in (unknowns, matrix.rows_of[network.platform]))
         _, left, doubt = null_spaces(A, equations.tolerance)
         doubtful |= doubt
         on_platform.append(A_p.T @ left)
@@ -92,8 +84,8 @@ def _loops(equations: Equations, still: set[str]) -> list[tuple[list[str], dict[
     Connections come by their numbers.
     """
     some = [np.flatnonzero(own.rigid.any(axis=1)) for own in equations.groups]
-    edges = {k: c for k, c in equations.some_connections(some).items() if c.rigid.any()}
-    ends = {k: sorted({*c.nodes} - still) for k, c in edges.items()}
+    edges = equations.some_connections(some)
+    ends = {k: sorted({name for name, *_ in c.ends} - still) for k, c in edges.items()}
     at: dict[str, set[int]] = defaultdict(set)
     for k, own in ends.items():
         for name in own:
@@ -123,7 +115,6 @@ def redundant_freedoms(
     moving = [
         (c, null_spaces(c.freedoms, equations.tolerance)[0])
         for c in equations.some_connections(some).values()
-        if c.freedom_names
     ]
     rates = [block_diagonal([own for _, own in moving])]
     for mechanism in mobility.mechanisms:
@@ -216,32 +207,16 @@ class NetworkMatrix:
 def network_matrix(equations: Equations) -> NetworkMatrix:
     """The matrix of a network, whether its platform is free or not."""
     n, number_of = equations.size, {name: i for i, name in enumerate(equations.points)}
-    first = sum(len(own.numbers) for own in equations.groups)
-    # Their numbers, compliances (N, m, m), nodes and points at e ends, and parts (N, e, m, n) there
-    alike = [
-        (
-            own.numbers,
-            own.S,
-            own.nodes,
-            own.at[:, None],
-            np.stack([-own.W, own.W], 1).swapaxes(2, 3),
-        )
-        for own in equations.groups
-    ] + [
-        (np.array([k]), own.S[None], [own.nodes], np.array([at]), np.array([parts]))
-        for k, own in enumerate(equations.couplings, first)
-        for _, at, parts in [zip(*own.ends, strict=True)]
-    ]
-    sizes = np.empty(first + len(equations.couplings), dtype=int)
-    for numbers, S, *_ in alike:
-        sizes[numbers] = S.shape[-1]
+    sizes = np.empty(sum(len(own.numbers) for own in equations.groups), dtype=int)
+    for own in equations.groups:
+        sizes[own.numbers] = own.S.shape[-1]
     starts = n * len(number_of) + np.cumsum(sizes) - sizes
     points, parts = np.array([*equations.points.values()]), []
-    for numbers, S, names, at, of_ends in alike:
-        nodes = np.array([[number_of[name] for name in own] for own in names])
-        A = (of_ends @ equations.between(points[nodes], at)).swapaxes(1, 2)
-        rows = starts[numbers][:, None] + np.arange(S.shape[-1])
-        parts.append(AlikeConnections(rows, S, nodes, np.ascontiguousarray(A)))
+    for own in equations.groups:
+        nodes = np.array([[number_of[name] for name in names] for names in own.nodes])
+        A = (own.parts @ equations.between(points[nodes], own.at)).swapaxes(1, 2)
+        rows = starts[own.numbers][:, None] + np.arange(own.S.shape[-1])
+        parts.append(AlikeConnections(rows, own.S, nodes, np.ascontiguousarray(A)))
     rows_of = dict(zip(number_of, np.arange(n * len(number_of)).reshape(-1, n), strict=True))
     size = n * len(number_of) + int(sizes.sum())
     every, ends_at = np.arange(size), (starts + sizes).tolist()

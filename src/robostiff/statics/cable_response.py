@@ -163,8 +163,8 @@ def _long_steps(here: FoundEquilibrium, last: float, shortest: float) -> Iterato
 def _pulls(found: FoundEquilibrium) -> np.ndarray:
     """Stiffness times stretch (m,) [N]: the tension, or negative for a slack cable."""
     legs = found.problem.legs
-    cables = legs.spring_arrays
-    return cables.stiffness * legs.pulls(found.state.legs, 0.0).length + cables.constant
+    each = zip(legs.springs, legs.pulls(found.state.legs, 0.0).length, strict=True)
+    return np.array([cable.stiffness * length + cable.constant for cable, length in each])
 
 
 def _first_slack(before: FoundEquilibrium, after: FoundEquilibrium) -> tuple[float, int] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -134,7 +135,7 @@ class CarriedLoads:
         legs, at = self.problem.legs, self.problem.legs.numbers.of_chains
         forces = self.share * legs.arrays.load_force
         if legs.springs:
-            forces[at.first_anchor :] = legs.spring_arrays.on_anchors(self._pulls)
+            forces[at.first_anchor :] = legs.on_anchors(self._pulls)
         return forces, self._now(at.load_bodies, legs.arrays.load_point)
 
     @property
@@ -163,7 +164,7 @@ class CarriedLoads:
             W[list(legs.rows)] = state.legs.W[c]
             names = [e.name for e in chain.elements]
             for k, element in enumerate(chain.elements):
-                x = state.legs.x[legs.places[c, k]]
+                x = state.legs.x[legs.numbers.places[c, k]]
                 if isinstance(element, FiniteJoint):
                     body, moved, unit = bodies[k], x, "N m" if element.turns else "N"
                     load = element.force(float(x[0])) - self.share * float(element.preload)
@@ -208,24 +209,24 @@ class CarriedLoads:
                 found[chain.owner.leg] += wrench
         return tuple(found.values())
 
-    def about_the_tool(self, by_twist: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """What the nodes of a flexible platform exert on each leg (r,), and its rate (r, r).
+    def by_leg(
+        self, by_twist: np.ndarray, *, is_flexible: bool
+    ) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
+        """What the platform exerts on each leg (r,), and its rate (r, r).
 
-        About the point of the tool P, which moves along: with f at a node's point p, the moment has
-        the rate ``dm + (dp - dP) x f + (p - P) x df`` by the twist of the tool. The unknowns of the
-        legs move by `by_twist` (T, r).
+        About its point P, which moves along. Of a flexible platform it is what its nodes exert, by
+        the twist of the tool: with f at a node's point p, the moment has the rate ``dm + (dp - dP)
+        x f + (p - P) x df``. The unknowns of the legs move by `by_twist` (T, r).
         """
-        legs, rows, platform = (
-            self.problem.legs,
-            list(self.problem.rows),
-            max(self.problem.leg_names),
-        )
-        where, moved = self._where, np.eye(6)[:, rows]  # twist of the tool
-        W, K = np.zeros((platform, 6)), np.zeros((platform, 6, len(rows)))
-        parts = [chain for chain in legs.chains if chain.owner.leg == platform]
+        legs, rows, where = self.problem.legs, list(self.problem.rows), self._where
+        moved, names = np.eye(6)[:, rows], self.problem.leg_names  # twist of the platform
+        own = max(names) if is_flexible else None
+        parts = [chain for chain in legs.chains if chain.owner.leg == own]
         nodes = {None, *(body for part in parts for body in (part.start, part.end))}
+        W = {leg: np.zeros(6) for leg in names if leg != own}
+        K = {leg: np.zeros((6, len(rows))) for leg in W}
         for c, chain in enumerate(legs.chains):
-            if chain.owner.leg == platform or chain.end not in nodes:
+            if chain.owner.leg not in W or chain.end not in nodes:
                 continue
             wrench, rate, node = np.zeros(6), np.zeros((6, len(rows))), moved
             wrench[rows], rate[rows] = self.state.legs.W[c], by_twist[legs.numbers.W[c]]
@@ -238,7 +239,7 @@ class CarriedLoads:
             wrench[3:] += np.cross(arm, wrench[:3])
             W[chain.owner.leg] += wrench
             K[chain.owner.leg] += rate
-        return list(W[:, rows]), list(K[:, rows])
+        return tuple(w[rows] for w in W.values()), tuple(k[rows] for k in K.values())
 
     def are_balanced(self, wrench: np.ndarray) -> bool:
         """Whether what acts on the robot is what it exerts on the base, forces and moments.
@@ -258,9 +259,10 @@ class CarriedLoads:
         carried: list[np.ndarray] = []
         if legs.springs:
             points = legs.pulls(where.legs, self.share).points
-            for side, spring in zip(*np.nonzero(legs.spring_arrays.on_base), strict=True):
-                force = self._pulls[spring] * (1 - 2 * side)
-                carried.append(wrench_at(about, points[side, spring], force))
+            for side, (i, spring) in product((0, 1), enumerate(legs.springs)):
+                if spring.spots[side] is None:
+                    force = self._pulls[i] * (1 - 2 * side)
+                    carried.append(wrench_at(about, points[side, i], force))
         carried += self.reactions()
         both = np.array([*applied, *(-W for W in carried)])[:, rows] / problem.scale
         stiffness = np.max(np.abs(problem.at_rest.K / np.outer(problem.scale, problem.scale)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, cached_property
 from typing import Any
 
@@ -13,20 +13,28 @@ from robostiff.analysis import PartShare, Stiffness, stiffness
 from robostiff.analysis.free_motion import free_motions_in_words
 from robostiff.elastostatics.status import Status, StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.frozen import field, frozen
+from robostiff.frozen import field, frozen, replace
 from robostiff.kinematics import Near, Pose
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.markup import InNotebooks
-from robostiff.model import Robot, Snapshot
+from robostiff.model import PlacedMass, Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.chains.elements import FiniteChain, FiniteCoupling
+from robostiff.statics.chains.legs import Legs
 from robostiff.statics.equations.newton import FoundEquilibrium
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.equations.stability import energies_of
-from robostiff.statics.equations.vibration import mass_rows, vibrations
+from robostiff.statics.equations.vibration import (
+    CarriedMass,
+    CarriedMasses,
+    Vibrations,
+    mass_rows,
+    vibrations,
+)
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses
 from robostiff.statics.loading.loaded_posture import (
@@ -49,6 +57,8 @@ _PART = 1e-3
 # Of the largest root of a mass of the platform: none; and of the slowest frequency over another,
 # when digits of that are lost.
 _NONE, _FAR_APART = 1e-9, 1e-6
+# Poses whose equations are solved together.
+_TOGETHER = 16
 
 
 @frozen
@@ -133,7 +143,8 @@ class Modes(StatusOfPoses, InNotebooks):
         Motions (k, n) of all unknowns.
     posed : Snapshot, Network, CableRobot or None
         The robot at the unloaded posture.
-    equilibrium : FoundEquilibrium or None
+    find : callable
+        The equilibrium about which it vibrates, or none.
     one : callable
         Of many poses the modes at one, by its number.
     """
@@ -144,8 +155,13 @@ class Modes(StatusOfPoses, InNotebooks):
     squares: np.ndarray = field(default_factory=lambda: np.zeros(0))
     shapes: Callable[[], np.ndarray] = lambda: np.zeros((0, 0))
     posed: Snapshot | Network | CableRobot | None = None
-    equilibrium: FoundEquilibrium | None = None
+    find: Callable[[], FoundEquilibrium | None] = lambda: None
     one: Callable[[int], Modes] | None = None
+
+    @cached_property
+    def equilibrium(self) -> FoundEquilibrium | None:
+        """About which it vibrates; None where there is none, and of many poses."""
+        return self.find()
 
     @cached_property
     def each(self) -> tuple[Mode, ...]:
@@ -273,40 +289,90 @@ def modes(
     loaded = cache(lambda i: postures.loaded(i, acting, carried))
     if given.ndim == 1:
         return _modes_of(loaded(0), given)
-    one = cache(lambda i: _modes_of(loaded(i), given[i]))
     n, known = len(given), np.ma.masked_all((len(given), 0))
     if n and postures.batch and at is None and isinstance(robot, Robot) and not np.any(given):
         known = _of_platforms(n, loaded(0), lambda: stiffness(robot, pose, near=near))
-    alone = {i: one(i) for i in np.flatnonzero(known.mask.all(axis=-1)).tolist()}
+    rest, alone = np.flatnonzero(known.mask.all(axis=-1)).tolist(), dict[int, Modes]()
+    for k in range(0, len(rest), _TOGETHER):
+        some = rest[k : k + _TOGETHER]
+        alone |= zip(some, _modes_of_each([loaded(i) for i in some], given[some]), strict=True)
     codes = np.array([int(alone[i].status) if i in alone else 0 for i in range(n)], dtype=np.uint16)
     squares = np.ma.masked_all((n, max([known.shape[1], *map(len, alone.values())])))
     squares[:, : known.shape[1]] = known
     for i, own in alone.items():
         squares[i, : len(own)] = own.squares
+
+    def one(i: int) -> Modes:
+        return alone[i] if i in alone else alone.setdefault(i, _modes_of(loaded(i), given[i]))
+
     return Modes(postures.robot.name, postures.robot.space, codes, squares, one=one)
 
 
-def _modes_of(loaded: LoadedPosture, wrench: np.ndarray) -> Modes:
-    problem, status, found = loaded.problem, loaded.status, None
-    if loaded.has_posture:
-        if problem.loads_platform_alone and not problem.dead.act and not np.any(wrench):
-            loading = LoadCase(wrench, wrench)
-            found = FoundEquilibrium(loading, problem.unloaded, 0.0, problem.at_rest, True, 0)
-        else:
-            answer = solved(loaded, wrench, None)
-            status, found = answer.status, answer.found
+def _modes_of_each(loaded: Sequence[LoadedPosture], wrenches: np.ndarray) -> Iterator[Modes]:
+    """At some poses; where nothing loads legs of one kind, their equations are solved together."""
+    each = list(zip(loaded, wrenches, strict=True))
+    kinds = [tuple(chain.kind for chain in one.problem.legs.chains) for one in loaded]
+    at_rest = [k for k, pair in enumerate(each) if _is_at_rest(*pair) and kinds[k] == kinds[0]]
+    found = dict[int, Vibrations]()
+    if len(at_rest) > 1:
+        problem, masses = _side_by_side([loaded[k] for k in at_rest])
+        if problem.closures is None:
+            of_all = vibrations(problem, masses, problem.at_rest, problem.unloaded)
+            found |= zip(at_rest, of_all, strict=False)
+    return (_modes_of(*pair, found.get(k)) for k, pair in enumerate(each))
+
+
+def _side_by_side(several: Sequence[LoadedPosture]) -> tuple[EquilibriumProblem, CarriedMasses]:
+    """Robots without load whose legs are of one kind, as one, and their masses."""
+    chains, couplings = list[FiniteChain](), list[FiniteCoupling]()
+    on_legs, on_platforms = list[CarriedMass](), list[PlacedMass]()
+    problems = [one.problem for one in several]
+    for i, one in enumerate(several):
+        legs = one.problem.legs
+        number, first = {c: len(chains) + c for c in range(len(legs.chains))}, i * len(legs.points)
+        couplings += (coupling.renumbered(number) for coupling in legs.couplings)
+        on_legs += (
+            replace(mass, spot=mass.spot._replace(chain=number[mass.spot.chain]))
+            for mass in one.masses.on_legs
+        )
+        on_platforms += one.masses.on_platform
+        for chain in legs.chains:
+            start, end = (None if b is None else b + first for b in (chain.start, chain.end))
+            same = (start, end) == (chain.start, chain.end)
+            chains.append(chain if same else replace(chain, start=start, end=end))
+    points = np.concatenate([problem.legs.points.reshape(-1, 3) for problem in problems])
+    at, rows = np.array([problem.point for problem in problems]), problems[0].rows
+    together = Legs(tuple(chains), points, at, rows, (), tuple(couplings), len(several))
+    masses = CarriedMasses(tuple(on_legs), tuple(on_platforms))
+    return replace(problems[0], legs=together, point=at), masses
+
+
+def _is_at_rest(loaded: LoadedPosture, wrench: np.ndarray) -> bool:
+    return loaded.has_posture and not (loaded.problem.bears_loads or np.any(wrench))
+
+
+def _modes_of(loaded: LoadedPosture, wrench: np.ndarray, known: Vibrations | None = None) -> Modes:
+    """At one pose; its vibrations at rest may be known."""
+    problem, status, find = loaded.problem, loaded.status, lambda: None
+    if _is_at_rest(loaded, wrench):
+        loading, rest = LoadCase(wrench, wrench), problem.unloaded
+        find = cache(lambda: FoundEquilibrium(loading, rest, 0.0, problem.at_rest, True, 0))
+    elif loaded.has_posture:
+        answer = solved(loaded, wrench, None)
+        status, find = answer.status, lambda: answer.found
     about = loaded.name, loaded.space, np.asarray(int(status), dtype=np.uint16)
-    if found is None:
-        return Modes(*about)
-    squares, shapes = vibrations(problem, loaded.masses, found.known, found.state)
-    if not squares.size:
+    if known is None:
+        if (found := find()) is None:
+            return Modes(*about)
+        (known,) = vibrations(problem, loaded.masses, found.known, found.state)
+    if not known[0].size:
         raise InputError(
             f"masses of {loaded.name!r}",
             expected="masses of bodies, by name [kg]",
             hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
             '--mass "platform=150 kg"; or mass: in the model file',
         )
-    return Modes(*about, squares, shapes, loaded.posed, found)
+    return Modes(*about, *known, loaded.posed, find)
 
 
 def _of_platforms(
@@ -329,9 +395,8 @@ def _of_platforms(
     """
     nothing = np.ma.masked_all((count, 0))
     problem = first.problem
-    of_legs, _, B = mass_rows(problem, first.masses, problem.unloaded)
-    is_alone = first.has_posture and problem.loads_platform_alone and not problem.has_laws
-    if len(of_legs) or problem.dead.act or not is_alone:
+    of_legs, _, (B,) = mass_rows(problem, first.masses, problem.unloaded)
+    if len(of_legs) or not first.has_posture or problem.bears_loads or problem.has_laws:
         return nothing
     known = find()
     plain = (known.status_codes & ~np.uint16(Status.REDUNDANT_JOINTS)) == 0
@@ -343,7 +408,7 @@ def _of_platforms(
         return nothing
     R = np.zeros((np.count_nonzero(plain), 6, 6))
     R[:, :3, :3] = R[:, 3:, 3:] = turn_by_vector(np.asarray(known.pose)[plain, 3:])
-    L, turned = np.linalg.cholesky(known.K[plain]), R[:, rows][:, :, rows] @ B.T
+    L, turned = np.linalg.cholesky(np.ma.getdata(known.matrix)[plain]), R[:, rows][:, :, rows] @ B.T
     values = np.linalg.svd(np.linalg.solve(L, turned), compute_uv=False)
     found = np.ma.masked_all((count, len(B)))
     found[plain] = 1.0 / values**2

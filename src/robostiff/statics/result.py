@@ -305,20 +305,12 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         Springs on the platform add to K beside them. Of a flexible platform by the twist of the
         tool; none is symmetric by itself.
         """
-        known = self._known_stiffness
-        through = self._through_platform
-        if through is not None:
-            return tuple(through[1])
-        return known.problem.by_leg(known.by_twist[known.problem.legs.numbers.W])
+        return self._by_leg(self._known_stiffness)[1]
 
     @property
     def leg_wrenches(self) -> tuple[np.ndarray, ...]:
         """What the platform exerts on each leg about `point`, world axes (r,) [N, N m]."""
-        found = self._require()
-        through = self._through_platform
-        if through is not None:
-            return tuple(through[0])
-        return found.problem.by_leg(found.state.legs.W)
+        return self._by_leg(self._require().known)[0]
 
     @property
     def reactions(self) -> tuple[np.ndarray, ...]:
@@ -432,12 +424,9 @@ class Equilibrium(StatusOfPoses, InNotebooks):
             )
         return known
 
-    @property
-    def _through_platform(self) -> tuple[list[np.ndarray], list[np.ndarray]] | None:
-        """Wrenches and stiffnesses of legs by the tool of a flexible platform; None of others."""
-        if self.snapshot is None or self.snapshot.platform is None:
-            return None
-        return self._carried.about_the_tool(self._require().known.by_twist)
+    def _by_leg(self, known: Linearised) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
+        is_flexible = self.snapshot is not None and self.snapshot.platform is not None
+        return self._carried.by_leg(known.by_twist, is_flexible=is_flexible)
 
     def _require(self) -> FoundEquilibrium:
         found = self.found

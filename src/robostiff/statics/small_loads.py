@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, cast
 
@@ -196,9 +195,8 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
         return none(Status.ILL_CONDITIONED)
     parts, rates = loaded.parts(), known.equations.r_factor
     on_platform, _ = problem.dead.acting(np.eye(3))  # the wrench left out
-    wrenches: Sequence[np.ndarray] = problem.by_leg(state.legs.W)
-    if placed.platform is not None:  # nodes are where they are without load
-        wrenches = loaded.about_the_tool(known.by_twist)[0]
+    # nodes of a flexible platform are where they are without load
+    wrenches, _ = loaded.by_leg(known.by_twist, is_flexible=placed.platform is not None)
     joints = [(part, part.load) for part in parts if part.load is not None]
     freedoms = ((leg.name, joint) for leg in placed.legs for joint in leg.freedoms)
     driven = {(leg, joint.name) for leg, joint in freedoms if isinstance(joint.role, Actuated)}

@@ -103,7 +103,8 @@ def solved(
     legs = problem.legs
     if not doubtful and legs.springs:  # a cable may have become slack on the way
         pulls = legs.pulls(found.state.legs, 1.0)
-        doubtful = bool(np.any(legs.spring_arrays.is_cable & (pulls.tension == 0)))
+        each = zip(legs.springs, pulls.tension, strict=True)
+        doubtful = any(spring.is_cable and tension == 0 for spring, tension in each)
     if not doubtful and may_be_singular(problem):  # rigid bars may have passed a singular posture
         doubtful = Regular.of(problem.at_rest).ratio(found.known) <= 0
     # what nothing elastic holds leaves the unloaded posture at once: no path leads on

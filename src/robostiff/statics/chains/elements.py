@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -294,7 +295,7 @@ class FiniteChain:
     loads: tuple[BodyLoad, ...] = ()
     owner: Owner = NOBODY
 
-    @property
+    @cached_property
     def kind(self) -> ChainKind:
         """What decides where its unknowns are."""
         elements, loads = tuple(e.kind for e in self.elements), tuple(b.after for b in self.loads)
@@ -348,6 +349,8 @@ def wrench_at(about: np.ndarray, point: np.ndarray, force: np.ndarray) -> np.nda
 ON_PLATFORM = Spot(-1, 0)
 #: Bodies that hold the ends of a spring; None for the base.
 Spots = tuple[Spot | None, Spot | None]
+#: An end of a spring that a chain holds: which, of which of all springs, and the body.
+Anchor = tuple[int, int, Spot]
 
 
 @frozen
@@ -404,70 +407,6 @@ class FiniteBodySpring:
 
 
 @frozen
-class SpringArrays:
-    """Springs side by side: S of them, with two ends each, A of which chains hold."""
-
-    points: np.ndarray  # (2, S, 3): of their ends, at the unloaded posture [m]
-    on_base: np.ndarray  # (2, S): which ends the base has
-    anchors: tuple[tuple[Spot, np.ndarray], ...]  # A of them: bodies, and points (3,) [m]
-    of_spring: np.ndarray  # (A,)
-    side: np.ndarray  # (A,): 0 and 1
-    stiffness: np.ndarray  # (S,)
-    length: np.ndarray
-    constant: np.ndarray
-    is_cable: np.ndarray
-
-    @staticmethod
-    def of(springs: Sequence[FiniteBodySpring]) -> SpringArrays:
-        """Of some springs."""
-        each = [(side, i, s.spots[side]) for side in (0, 1) for i, s in enumerate(springs)]
-        attached = [(side, i, spot) for side, i, spot in each if spot is not None]
-        return SpringArrays(
-            np.array([[spring.points[side] for spring in springs] for side in (0, 1)]),
-            np.array([[spring.spots[side] is None for spring in springs] for side in (0, 1)]),
-            tuple((spot, springs[i].points[side]) for side, i, spot in attached),
-            np.array([i for _, i, _ in attached], dtype=int),
-            np.array([side for side, *_ in attached], dtype=int),
-            np.array([spring.stiffness for spring in springs]),
-            np.array([spring.length for spring in springs]),
-            np.array([spring.constant for spring in springs]),
-            np.array([spring.is_cable for spring in springs]),
-        )
-
-    def at(self, anchors: np.ndarray, rates: np.ndarray, share: float) -> Pulls:
-        """What they do under a share of loads, where anchors are (A, 3) [m].
-
-        `rates` (A, 3, T) are velocities of anchors by the unknowns of legs.
-        """
-        points, kind = self.points.copy(), self.points.dtype
-        of_entries = kind == np.dtype(object)
-        J = np.zeros((len(self.length), *rates.shape[1:]), dtype=int).astype(kind)
-        points[self.side, self.of_spring] = anchors
-        for i, side, rate in zip(self.of_spring, self.side, rates, strict=True):
-            J[i] += rate * (2 * side - 1)
-        d, k = points[1] - points[0], self.stiffness
-        length = square_root((d * d).sum(axis=-1))
-        steady = np.where(self.is_cable, 1, share)
-        constant = steady * self.constant - (1 - steady) * k * self.length
-        if of_entries:
-            by = np.array([reciprocal(x) for x in length], dtype=object)
-        else:
-            slack = self.is_cable & (k * length + constant < 0)
-            k, constant = np.where(slack, 0.0, k), np.where(slack, 0.0, constant)
-            by = np.where(length > 0, 1 / np.where(length > 0, length, 1.0), 0.0)
-        u, across = d * by[:, None], (constant * by)[:, None]
-        stretched = k[:, None] + across  # t / l
-        D = stretched[..., None] * _IDENTITY - (across * u)[:, :, None] * u[:, None]
-        rate = np.where(self.is_cable, 0, self.constant + self.stiffness * self.length)
-        tension = k * length + constant
-        return Pulls(points, J, stretched * d, rate[:, None] * u, D, length, tension)
-
-    def on_anchors(self, force: np.ndarray) -> np.ndarray:
-        """Forces (A, 3) on the anchors, from those of springs (S, 3) on their first ends [N]."""
-        return force[self.of_spring] * (1 - 2 * self.side)[:, None]
-
-
-@frozen
 class Pulls:
     """What springs do at a state: forces (S, 3) on first points; the opposite on the second [N].
 
@@ -493,3 +432,40 @@ class Pulls:
     def by_share(self) -> np.ndarray:
         """Derivative of the gradient of the energy by the share of loads (T,)."""
         return self.J.reshape(-1, self.J.shape[-1]).T @ self.rate.ravel()
+
+
+def pulls_of(
+    springs: Sequence[FiniteBodySpring],
+    anchors: Sequence[Anchor],
+    at: np.ndarray,
+    rates: np.ndarray,
+    share: float,
+) -> Pulls:
+    """What S springs do under a share of loads, where their anchors are (A, 3) [m].
+
+    `rates` (A, 3, T) are velocities of anchors by the unknowns of legs.
+    """
+    k, rest, pull, is_cable = (
+        np.array([getattr(spring, name) for spring in springs])
+        for name in ("stiffness", "length", "constant", "is_cable")
+    )
+    points = np.stack([spring.points for spring in springs], axis=1)
+    J = np.zeros((len(springs), *rates.shape[1:]), dtype=int).astype(points.dtype)
+    for (side, i, _), point, rate in zip(anchors, at, rates, strict=True):
+        points[side, i] = point
+        J[i] += rate * (2 * side - 1)
+    d = points[1] - points[0]
+    length = square_root((d * d).sum(axis=-1))
+    steady, rate = np.where(is_cable, 1, share), np.where(is_cable, 0, pull + k * rest)
+    constant = steady * pull - (1 - steady) * k * rest
+    if points.dtype == object:
+        by = np.array([reciprocal(x) for x in length], dtype=object)
+    else:
+        slack = is_cable & (k * length + constant < 0)
+        k, constant = np.where(slack, 0.0, k), np.where(slack, 0.0, constant)
+        by = np.where(length > 0, 1 / np.where(length > 0, length, 1.0), 0.0)
+    u, across = d * by[:, None], (constant * by)[:, None]
+    stretched = k[:, None] + across  # t / l
+    D = stretched[..., None] * _IDENTITY - (across * u)[:, :, None] * u[:, None]
+    tension = k * length + constant
+    return Pulls(points, J, stretched * d, rate[:, None] * u, D, length, tension)

@@ -16,15 +16,17 @@ from robostiff.frozen import frozen, replace
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import (
     NOBODY,
+    Anchor,
     FiniteBodySpring,
     FiniteChain,
     FiniteCoupling,
+    FiniteJoint,
     FiniteSpring,
     Owner,
     Pulls,
     Share,
     Spot,
-    SpringArrays,
+    pulls_of,
 )
 from robostiff.statics.chains.moving_chain import (
     ChainTerms,
@@ -84,13 +86,16 @@ class Legs:
     points : (bodies, 3) array
         Of the bodies between chains, at the unloaded posture [m].
     platform_point : (3,) array
-        Point of the platform about which wrenches are, at the unloaded posture [m].
+        Point of the platform about which wrenches are, at the unloaded posture [m]; (P, 3) of P
+        robots side by side.
     rows : tuple of int
         Coordinates in which it moves: six in space, three in the plane.
     springs : tuple of FiniteBodySpring
         Between bodies.
     couplings : tuple of FiniteCoupling
         Of joints.
+    robots : int
+        Number P of equal robots, one behind the other, each with a platform of its own.
     """
 
     chains: tuple[FiniteChain, ...]
@@ -99,6 +104,7 @@ class Legs:
     rows: tuple[int, ...]
     springs: tuple[FiniteBodySpring, ...] = ()
     couplings: tuple[FiniteCoupling, ...] = ()
+    robots: int = 1
 
     @cached_property
     def numbers(self) -> LegNumbers:
@@ -109,7 +115,7 @@ class Legs:
             tuple(chain.kind for chain in self.chains),
             len(self.points),
             self.rows,
-            tuple(spot for spot, _ in self.spring_arrays.anchors),
+            tuple(spot for *_, spot in self.anchors),
             tuple(tuple(c for c, _ in spots) for spots in meeting),
             tuple((coupling.place[0], coupling.drive.turns) for coupling in self.rigid),
         )
@@ -118,29 +124,44 @@ class Legs:
     @cached_property
     def arrays(self) -> MovingChains:
         """Their chains side by side."""
-        numbers, anchors = self.numbers.of_chains, [p for _, p in self.spring_arrays.anchors]
+        numbers = self.numbers.of_chains
+        anchors = [self.springs[i].points[side] for side, i, _ in self.anchors]
         return MovingChains(self.chains, numbers, self.points, self.end_points, self.rows, anchors)
 
     @cached_property
     def end_points(self) -> np.ndarray:
         """Points of the bodies at the ends of all chains, at the unloaded posture (C, 3) [m]."""
-        points = np.concatenate([self.points.reshape(-1, 3), self.platform_point[None]])
-        return points[self.numbers.ends]
+        points = self.points.reshape(-1, 3), self.platform_point.reshape(-1, 3)
+        return np.concatenate(points)[self._ends]
 
     @cached_property
-    def spring_arrays(self) -> SpringArrays:
-        """Springs between bodies side by side."""
-        return SpringArrays.of(self.springs)
+    def _ends(self) -> np.ndarray:
+        """Bodies at the ends of all chains (C,), platforms behind those between chains."""
+        ends = self.numbers.ends
+        platforms = len(self.points) + np.arange(len(ends)) * self.robots // max(len(ends), 1)
+        return np.where(ends < 0, platforms, ends)
 
-    @property
-    def places(self) -> dict[tuple[int, int], slice]:
-        """Coordinates of all elements, by chain and place there, among all."""
-        return self.numbers.places
+    @cached_property
+    def anchors(self) -> list[Anchor]:
+        """The ends of springs between bodies that chains hold (A,)."""
+        each = [(side, i, s.spots[side]) for side in (0, 1) for i, s in enumerate(self.springs)]
+        return [(side, i, spot) for side, i, spot in each if spot is not None]
+
+    def on_anchors(self, force: np.ndarray) -> np.ndarray:
+        """Forces (A, 3) on the anchors, from those of springs (S, 3) on their first ends [N]."""
+        return np.array([force[i] * (1 - 2 * side) for side, i, _ in self.anchors]).reshape(-1, 3)
 
     @cached_property
     def rigid(self) -> list[FiniteCoupling]:
         """Couplings whose sums stay 0."""
         return [coupling for coupling in self.couplings if coupling.is_rigid]
+
+    @cached_property
+    def joints(self) -> list[FiniteJoint]:
+        """Those of all chains, and the sums of couplings."""
+        elements = [e for chain in self.chains for e in chain.elements]
+        found = [e for e in elements if isinstance(e, FiniteJoint)]
+        return found + [coupling.drive for coupling in self.couplings]
 
     @cached_property
     def beams(self) -> list[tuple[int, int, FiniteSpring]]:
@@ -175,7 +196,7 @@ class Legs:
 
     def places_of(self, state: LegState, spots: Sequence[Spot]) -> tuple[np.ndarray, np.ndarray]:
         """The same of some bodies, (M, 3, 3) and (M, 3)."""
-        bodies = [self.numbers.of_chains.bodies[c][after] for c, after in spots]
+        bodies = self.numbers.bodies_at(spots)
         R, t = self.bodies(state)
         return R[bodies], t[bodies]
 
@@ -186,7 +207,7 @@ class Legs:
         for coupling in self.couplings:
             a = np.zeros(self.numbers.total, dtype=int).astype(coupling.factors.dtype)
             for place, factor in zip(coupling.terms, coupling.factors, strict=True):
-                a[self.numbers.x[self.places[place]]] = factor
+                a[self.numbers.x[self.numbers.places[place]]] = factor
             found.append(a)
         return found
 
@@ -204,12 +225,14 @@ class Legs:
         rows, at = list(self.rows), self.numbers
         pulls = self.pulls(state, share.value) if self.springs else None
         terms = self.terms(state, pulls, share.value)
-        R_end, p_end = self._placed(at.ends, state, R, p)
+        R_end, p_end = self._placed(self._ends, state, R, p)
         D = terms.R @ np.swapaxes(R_end, -1, -2)
         turn = sum_of_crossed(D) * -0.5 if D.dtype == object else vector_of_rotation(D)
         gap = np.concatenate([terms.P - p_end, turn], axis=-1)[:, rows]
         J, tangent = terms.J[:, rows], terms.tangent
-        A = at.summed(at.entries, [tangent, tangent[at.off_diagonal], J, -J, at.constants])
+        parts = tangent, tangent[at.off_diagonal], J, -J, at.constants
+        size = sum(block.at.size * block.at.shape[1] for block in at.blocks)
+        A = summed(at.entries, np.concatenate([part.ravel() for part in parts]), size)
         r = summed(at.columns, terms.gradient, at.total)
         r_factor = summed(at.columns, terms.by_share * share.rate, at.total)
         r[at.W] += gap
@@ -254,7 +277,8 @@ class Legs:
         by θ/2: of its rate ``m x θ / 2`` goes off. So the tangent of a chain is symmetric.
         """
         at, T = self.numbers, self._turning
-        turn = T @ np.concatenate([step[at.bodies], twist[None]])[at.ends]
+        twists = np.tile(twist, (self.robots, 1, 1))
+        turn = T @ np.concatenate([step[at.bodies], twists])[self._ends]
         found, m = step.copy(), eq.state.W @ T.T
         found[at.W] = found[at.W] - T.T @ (skews(m) @ turn) * 0.5
         found[at.W, 0] = found[at.W, 0] + eq.half
@@ -270,9 +294,7 @@ class Legs:
         forces = None
         if pulls is not None:
             forces = 0 * self.arrays.load_force
-            forces[self.numbers.of_chains.first_anchor :] = self.spring_arrays.on_anchors(
-                pulls.force
-            )
+            forces[self.numbers.of_chains.first_anchor :] = self.on_anchors(pulls.force)
         start = self._starting(state)
         return self.arrays.terms(state.x, *start, W, state.axial, share, forces)
 
@@ -284,9 +306,9 @@ class Legs:
     def _placed(
         self, which: np.ndarray, state: LegState, R: np.ndarray, p: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Axes and points of some bodies [m]; those of body -1 are R and p."""
-        all_R = np.concatenate([state.R.reshape(-1, 3, 3), R[None]])
-        return all_R[which], np.concatenate([state.p.reshape(-1, 3), p[None]])[which]
+        """Axes and points of some bodies [m]; those behind the ones between chains are R and p."""
+        all_R = np.concatenate([state.R.reshape(-1, 3, 3), R.reshape(-1, 3, 3)])
+        return all_R[which], np.concatenate([state.p.reshape(-1, 3), p.reshape(-1, 3)])[which]
 
     def stepped(self, state: LegState, step: np.ndarray) -> LegState:
         """The state after a step (T + B,) of its unknowns, and of axial forces of its beams."""
@@ -303,12 +325,10 @@ class Legs:
 
     def pulls(self, state: LegState, share: float) -> Pulls:
         """What springs between bodies do at a state under a share of loads."""
-        return self.spring_arrays.at(*self.anchored(state), share)
-
-    def anchored(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
-        """Where anchors of springs are (A, 3) [m], and their velocities by unknown (A, 3, T)."""
-        rates, points = self.twists(state, [spot for spot, _ in self.spring_arrays.anchors])
-        return points, rates[:, :3]
+        at, start = self.numbers, self._starting(state)
+        bodies = at.bodies_at([spot for *_, spot in self.anchors])
+        rates, points = self.arrays.twists(state.x, *start, bodies, None, at.columns, at.total)
+        return pulls_of(self.springs, self.anchors, points, rates[:, :3], share)
 
     def energies(self, state: LegState) -> list[list[float]]:
         """Elastic energy of every element of every chain [J], preloads left out."""
@@ -321,13 +341,11 @@ class Legs:
         total = -sum(coupling.drive.preload * s for coupling, s in pushed)
         return share * (total + self.arrays.load_potential(state.x, *self._starting(state)))
 
-    def twists(
-        self, state: LegState, spots: Sequence[Spot], points: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Of some bodies about points (M, 3), by all unknowns (M, 6, T); see `MovingChains`."""
+    def twists(self, state: LegState, spots: Sequence[Spot], points: np.ndarray) -> np.ndarray:
+        """Of bodies about points (M, 3), by the free unknowns of their components (M, 6, m)."""
         at, start = self.numbers, self._starting(state)
-        bodies = np.array([at.of_chains.bodies[c][after] for c, after in spots], dtype=int)
-        return self.arrays.twists(state.x, *start, bodies, points, at.columns, at.total)
+        given = at.bodies_at(spots), points, at.local[at.columns], at.widest
+        return self.arrays.twists(state.x, *start, *given)[0]
 
     @cached_property
     def stiffness(self) -> np.ndarray:

@@ -37,8 +37,6 @@ _SERIES = np.array(
     ]
 )
 NEXT, LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
-# Columns of chains beyond which products of all of them take longer than those that are wanted.
-_MANY = 500
 
 
 @frozen
@@ -128,7 +126,7 @@ def skews(v: np.ndarray) -> np.ndarray:
 
 def crossed(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """``a x b`` of vectors (..., 3), few calls for few vectors."""
-    return a[..., NEXT] * b[..., LAST] - a[..., LAST] * b[..., NEXT]
+    return a.take(NEXT, -1) * b.take(LAST, -1) - a.take(LAST, -1) * b.take(NEXT, -1)
 
 
 def sum_of_crossed(S: np.ndarray) -> np.ndarray:
@@ -343,8 +341,9 @@ class MovingChains:
         w, v, C = self._columns(before, behind, turned)
         end = behind[self._at.last] @ self._end_frames
         P, f, m = end[:, :3, 3], W[:, :3], W[:, 3:]
-        F, M = f[self._at.of_chain], m[self._at.of_chain]
-        turning = crossed(w, P[self._at.of_chain] - C[self._at.body])
+        of_chain, body = self._at.of_chain, self._at.body
+        F, M = f.take(of_chain, 0), m.take(of_chain, 0)
+        turning = crossed(w, P.take(of_chain, 0) - C.take(body, 0))
         moving = v + turning
         gradient = -(moving * F + w * M).sum(axis=-1)
         across, within = crossed(moving, F), crossed(turning, F)
@@ -357,14 +356,14 @@ class MovingChains:
             of_bodies, of_loads = self._at.reach
             arms = self._loaded_points(behind)[of_loads] - C[of_bodies]
             G, S = self._beyond(arms, self.load_force)
-            by_share -= (v * G[self._at.body] + w * sum_of_crossed(S)[self._at.body]).sum(axis=-1)
+            by_share -= (v * G.take(body, 0) + w * sum_of_crossed(S).take(body, 0)).sum(axis=-1)
             acting = self.load_force * share + (0 if pulls is None else pulls)
             G, S = self._beyond(arms, acting)
-            gradient -= (v * G[self._at.body] + w * sum_of_crossed(S)[self._at.body]).sum(axis=-1)
+            gradient -= (v * G.take(body, 0) + w * sum_of_crossed(S).take(body, 0)).sum(axis=-1)
             moment = moment + sum_of_crossed(S)[bodies]
             spread = S - np.trace(S, axis1=-2, axis2=-1)[:, None, None] * np.eye(3, dtype=int)
-            turned_forces = (spread[self._at.body] @ w[..., None])[..., 0]
-            across = across + crossed(v, G[self._at.body]) + turned_forces
+            turned_forces = (spread.take(body, 0) @ w[..., None])[..., 0]
+            across = across + crossed(v, G.take(body, 0)) + turned_forces
             within = within + turned_forces
         tangent = self._second_order(w, across + crossed(w, M) * 0.5, within)
         q = x[self._at.joint_x]
@@ -396,10 +395,7 @@ class MovingChains:
         the forces that is due to turning.
         """
         a, b = self._at.pairs
-        if w.dtype == object or len(w) > _MANY:
-            tangent = -(w[a] * across[b]).sum(axis=-1)
-        else:  # faster than to gather the vectors
-            tangent = (w @ -across.T)[a, b]
+        tangent = -(w.take(a, 0)[:, None] @ across.take(b, 0)[..., None])[:, 0, 0]
         a, b = a[self._at.same], b[self._at.same]
         H = (w[a] * within[b]).sum(axis=-1) + (w[b] * within[a]).sum(axis=-1)
         tangent[self._at.same] = H * -0.5
@@ -411,7 +407,8 @@ class MovingChains:
         """Angular velocities and velocities (Q, 3) about the points of all bodies (n, 3)."""
         local = self._local.copy()
         local[self._at.spring_x, 1] = self._columns_of_springs(turned.W @ self._modes[:, 3:])
-        both = local @ np.swapaxes(before[self._at.body[self._at.coordinates], :3, :3], -1, -2)
+        axes = before.take(self._at.body[self._at.coordinates], 0)[:, :3, :3]
+        both = local @ np.swapaxes(axes, -1, -2)
         v, w = self._zeros(2, len(self._at.body), 3)
         v[self._at.coordinates], w[self._at.coordinates] = both[:, 0], both[:, 1]
         v[self._at.of_bodies], w[self._at.of_bodies] = self._unit[:, :3], self._unit[:, 3:]
@@ -440,8 +437,11 @@ class MovingChains:
         w, v, C = self._columns(*placed)
         if points is None:
             points = self._loaded_points(placed[1])[len(self.load_point) - len(bodies) :]
-        moved = (at.of_chain[:, None] == at.chains[bodies]) & (at.body[:, None] <= bodies)
-        k, i = np.nonzero(moved)
+        chains = at.chains[bodies]
+        first, stop = (np.searchsorted(at.of_chain, chains, side) for side in ("left", "right"))
+        i = np.repeat(np.arange(len(bodies)), stop - first)
+        k = np.arange(len(i)) + (stop - np.cumsum(stop - first))[i]
+        i, k = (each[at.body[k] <= bodies[i]] for each in (i, k))
         found = self._zeros(len(bodies), 6, total)
         found[i, :3, unknowns[k]] = v[k] + crossed(w[k], points[i] - C[at.body[k]])
         found[i, 3:, unknowns[k]] = w[k]

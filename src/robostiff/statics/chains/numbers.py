@@ -285,14 +285,18 @@ class LegNumbers:
             x = self.x[self.places[place]]
             at[: len(x)] = x
 
+    @property
+    def widest(self) -> int:
+        """The most free unknowns that a component has."""
+        return max((block.free for block in self.blocks), default=0)
+
+    def bodies_at(self, spots: Sequence[Spot]) -> np.ndarray:
+        """Bodies of chains (M,) by their places."""
+        return np.array([self.of_chains.bodies[c][after] for c, after in spots], dtype=int)
+
     def place(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Of entries of the flat tangent, by unknowns of one component."""
         return self.rows[a] + self.local[b]
-
-    def summed(self, places: np.ndarray, values: Sequence[np.ndarray]) -> np.ndarray:
-        """The flat tangent: contributions added up at their places."""
-        size = sum(block.at.size * block.at.shape[1] for block in self.blocks)
-        return summed(places, np.concatenate([array.ravel() for array in values]), size)
 
     def as_blocks(self, A: np.ndarray) -> tuple[np.ndarray, ...]:
         """The blocks (N, n, n) of a flat tangent."""

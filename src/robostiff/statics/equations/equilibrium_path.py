@@ -186,15 +186,8 @@ def singular(step: PathStep) -> CriticalPoint | None:
 
 def _at_zero(factors: dict[float, float]) -> float:
     """Load factor at the margin 0, by the polynomial through the four points nearest to it."""
-    nearest = sorted(factors.items(), key=lambda pair: abs(pair[0]))[:4]
-    total = 0.0
-    for i, (m, factor) in enumerate(nearest):
-        weight = 1.0
-        for k, (other, _) in enumerate(nearest):
-            if k != i:
-                weight *= other / (other - m)
-        total += weight * factor
-    return total
+    margins, values = zip(*sorted(factors.items(), key=lambda pair: abs(pair[0]))[:4], strict=True)
+    return float(Polynomial.fit(margins, values, len(margins) - 1)(0.0))
 
 
 #: A margin above which Newton's method has not passed a critical load, if its steps were direct.

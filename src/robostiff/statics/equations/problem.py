@@ -90,7 +90,8 @@ class Linearised:
     """The equations of a robot at a state, legs eliminated.
 
     Where rigid parts hold the platform, its matrices and what has to be carried are those among
-    its free motions, and steps of the legs include what rigid parts carry.
+    its free motions, and steps of the legs include what rigid parts carry. Of P robots side by side
+    those of all platforms (P, ...).
     """
 
     problem: EquilibriumProblem
@@ -119,7 +120,8 @@ class EquilibriumProblem:
 
     legs: Legs
     rows: tuple[int, ...]  # coordinates of the platform: six in space, three in the plane
-    point: np.ndarray  # (3,): of the platform, about which wrenches are [m]
+    # (3,): of the platform, about which wrenches are; (P, 3) of robots side by side [m]
+    point: np.ndarray
     length: float  # characteristic [m]
     dead: DeadForces
     steady: Steady | None = None  # of cables
@@ -129,7 +131,8 @@ class EquilibriumProblem:
     @cached_property
     def unloaded(self) -> State:
         """The posture from which it is loaded."""
-        return State(np.eye(3), self.point, self.legs.unloaded)
+        R = np.broadcast_to(np.eye(3), (*self.point.shape, 3))
+        return State(R, self.point, self.legs.unloaded)
 
     @property
     def blocks(self) -> tuple[ComponentBlock, ...]:
@@ -160,35 +163,43 @@ class EquilibriumProblem:
     @cached_property
     def at_rest(self) -> Linearised:
         """The equations at the unloaded posture without load."""
-        return self._at_rest[0]
+        if self.closures is None:
+            return self._plain
+        return self._linearised(self.unloaded, self._no_load, 0.0, 2, self.closures, None)
+
+    @property
+    def _no_load(self) -> LoadCase:
+        nothing = np.zeros(self.size)
+        return LoadCase(nothing, nothing, 0.0, 0.0)
 
     @cached_property
-    def _at_rest(self) -> tuple[Linearised, tuple[Closure, ...] | None]:
-        """Those, and the closures of the legs where some directions of theirs are missing."""
-        nothing = np.zeros(self.size)
-        loading = LoadCase(nothing, nothing, 0.0, 0.0)
-        plain = self._linearised(self.unloaded, loading, 0.0, 0, None, None)
-        if plain.regular:
-            return plain, None
-        closures = tuple(
+    def _plain(self) -> Linearised:
+        """The same, no directions of legs being missing."""
+        return self._linearised(self.unloaded, self._no_load, 0.0, 0, None, None)
+
+    @cached_property
+    def closures(self) -> tuple[Closure, ...] | None:
+        """Those of the legs, where some directions of theirs are missing."""
+        if self._plain.regular:
+            return None
+        found = tuple(
             Closure.of(A, self.units[block.at[0, block.free :]], self.units[block.coordinates])
-            for block, A in zip(self.blocks, plain.equations.A, strict=True)
+            for block, A in zip(self.blocks, self._plain.equations.A, strict=True)
         )
-        if not any(np.any(closure.deficits) for closure in closures):
-            return plain, None
-        return self._linearised(self.unloaded, loading, 0.0, 2, closures, None), closures
+        return found if any(np.any(closure.deficits) for closure in found) else None
 
     @property
     def missing(self) -> list[int]:
         """Directions at most that closures of the legs of each block lack, of rigid parts."""
-        _, closures = self._at_rest
-        return [int(c.deficits.max()) for c in closures] if closures else [0] * len(self.blocks)
+        if self.closures is None:
+            return [0] * len(self.blocks)
+        return [int(c.deficits.max()) for c in self.closures]
 
     def linearised(
         self, state: State, loading: LoadCase, factor: float, refinements: int = 0
     ) -> Linearised:
         """The equations at a state."""
-        rest, closures = self._at_rest
+        rest = self.at_rest
         if state is self.unloaded and self.loads_platform_alone and not (refinements or rest.rigid):
             acting, rate, turning = self._on_platform(state, loading, factor)
             return replace(
@@ -198,7 +209,7 @@ class EquilibriumProblem:
                 by_factor=rest.by_factor + rate,
             )
         rank = 0 if rest.held_platform is None else rest.held_platform.rank
-        return self._linearised(state, loading, factor, refinements, closures, rank)
+        return self._linearised(state, loading, factor, refinements, self.closures, rank)
 
     def _linearised(
         self,
@@ -226,11 +237,16 @@ class EquilibriumProblem:
         ends = self.legs.numbers.on_platform
         twist = np.eye(self.size, self.size + 2, 1)
         solution = self.legs.steps(eq, solution, twist)
-        carried = solution[self.legs.numbers.W[ends]].sum(axis=0)
-        K = carried[:, 1:-1]
+        carried, W = (
+            each[ends].reshape(self.legs.robots, -1, *each.shape[1:]).sum(axis=1)
+            for each in (solution[self.legs.numbers.W], state.legs.W)
+        )
+        if self.legs.robots == 1:
+            carried, W = carried[0], W[0]
+        K = carried[..., 1:-1]
         acting, rate, turning = self._on_platform(state, loading, factor)
-        missing = acting - state.legs.W[ends].sum(axis=0) - carried[:, 0]
-        by_factor, K_total = rate - carried[:, -1], K - turning
+        missing = acting - W - carried[..., 0]
+        by_factor, K_total = rate - carried[..., -1], K - turning
         platform = None
         if lacking:
             platform = HeldPlatform.of(
@@ -263,17 +279,20 @@ class EquilibriumProblem:
         )
 
     @property
+    def bears_loads(self) -> bool:
+        """Whether anything acts beside the wrench, as springs between bodies do."""
+        return self.dead.act or not self.loads_platform_alone
+
+    @cached_property
     def loads_platform_alone(self) -> bool:
         """Whether neither preloads, forces nor springs between bodies act on the legs."""
-        arrays = self.legs.arrays
-        pushed = any(c.drive.preload for c in self.legs.couplings) or np.any(arrays.preload)
-        return not (self.legs.springs or pushed or arrays.load_force.size)
+        pushed = any(joint.preload for joint in self.legs.joints)
+        return not (self.legs.springs or pushed or any(chain.loads for chain in self.legs.chains))
 
     @property
     def has_laws(self) -> bool:
         """Whether some joint follows a law of its own, which may change with its coordinate."""
-        drives = [coupling.drive for coupling in self.legs.couplings]
-        return bool(self.legs.arrays.laws) or any(drive.law is not None for drive in drives)
+        return any(joint.law is not None for joint in self.legs.joints)
 
     @property
     def has_corners(self) -> bool:
@@ -310,15 +329,6 @@ class EquilibriumProblem:
         """Names of the legs by their numbers."""
         owners = {chain.owner for chain in self.legs.chains} - {NOBODY}
         return {owner.leg: owner.name for owner in sorted(owners)}
-
-    def by_leg(self, ends: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Sums by leg (...) of what all chains on the platform have (C, ...)."""
-        found = {leg: np.zeros(ends.shape[1:]) for leg in self.leg_names}
-        for c in self.legs.numbers.on_platform:
-            owner = self.legs.chains[c].owner
-            if owner != NOBODY:
-                found[owner.leg] = found[owner.leg] + ends[c]
-        return tuple(found.values())
 
     def size_of(self, twist: np.ndarray) -> float:
         """How much a twist turns or shifts, shifts by the robot's length [rad]."""

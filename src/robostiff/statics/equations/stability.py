@@ -304,7 +304,7 @@ def energies_of(legs: Legs, motion: np.ndarray, inner: np.ndarray) -> list[tuple
         (legs.chains[c].owner.name, beam.name, 0.5 * float(amplitudes @ amplitudes))
         for (c, _, beam), amplitudes in zip(legs.beams, inner, strict=True)
     ]
-    for (c, k), at in legs.places.items():
+    for (c, k), at in legs.numbers.places.items():
         e = legs.chains[c].elements[k]
         energy = 0.5 * float(np.sum(e.stiffness * x[at] * x[at]))
         found.append((legs.chains[c].owner.name, e.name, energy))

@@ -15,6 +15,7 @@ from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import cross, twist_transport
 from robostiff.statics.chains.elements import FiniteJoint, Spot
 from robostiff.statics.chains.legs import Legs, LegState
+from robostiff.statics.chains.numbers import ComponentBlock
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
 from robostiff.statics.equations.stability import elastic_curvature, held_motions, of_unit_energy
 
@@ -80,7 +81,7 @@ class CarriedMasses:
 
 
 def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -> np.ndarray:
-    """Twelve rows (E, 12, T) of each of the E elements of elastic parts along which masses are.
+    """Twelve rows (E, 12, m) of each of the E elements of elastic parts along which masses are.
 
     An element of a part is straight between its ends where these are now, and its sections move as
     `motion_of_section` says.
@@ -119,7 +120,7 @@ def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -
     rows = twist_transport(aside)[:, None] @ rows * roots[..., None, None]
     rows[..., 3:, :] *= radii[:, None, :, None]
     rows = np.asarray(np.linalg.qr(rows.reshape(E, -1, 12), mode="r")).reshape(E, 48, 3)
-    twists = legs.twists(state, ends, at)[0]
+    twists = legs.twists(state, ends, at)
     by_ends = (rows @ np.swapaxes(axes, -1, -2)).reshape(E, 12, 12)
     return by_ends @ np.concatenate([twists[:E], twists[E:]], axis=1)
 
@@ -220,80 +221,108 @@ def _axes(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.stack([x, y, cross(x, y)], axis=-1)
 
 
+#: Squares of angular frequencies (k,) [rad^2/s^2], slowest first, and what has motions (k, n).
+Vibrations = tuple[np.ndarray, Callable[[], np.ndarray]]
+
+
 def vibrations(
     problem: EquilibriumProblem, masses: CarriedMasses, known: Linearised, state: State
-) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
-    """Squares of angular frequencies (k,) [rad^2/s^2], slowest first, and what has motions (k, n).
+) -> list[Vibrations]:
+    """Small vibrations of each robot about a state where the equations are known.
 
-    Small vibrations about a state where the equations are known, over the free coordinates of legs
-    and the twist of the platform. The squares are negative where the robot leaves the equilibrium;
-    motions have the kinetic energy 1/2 at unit velocity. Those without mass are at rest in the
-    others' balance.
+    Over the free coordinates of legs and the twist of the platform. The squares are negative where
+    the robot leaves the equilibrium; motions have the kinetic energy 1/2 at unit velocity. Those
+    without mass are at rest in the others' balance. Empty where robots side by side differ in the
+    motions that leave their platforms.
 
     A motion is one of the platform that the legs follow in balance, and those of each component of
     the legs while the platform stays: these share no elastic energy, and are of unit energy. Where
     every one meets stiffness, frequencies are the inverse singular values of ``B`` over them: the
     slow ones keep their digits beside the fast ones.
     """
-    free, r = _motions_of_platform(known), problem.size
+    free, r, robots = _motions_of_platform(known), problem.size, problem.legs.robots
     find = _rows_at_rest if state is problem.unloaded else partial(mass_rows, state=state)
     of_legs, chains, of_twist = find(problem, masses)
-    K, parts, on_platform, start = (
-        free.T @ (known.K_total - known.K) @ free,
-        [],
-        [of_twist @ free],
-        0,
-    )
+    K = np.swapaxes(free, -1, -2) @ (known.K_total - known.K) @ free
+    f, start, on_platform = free.shape[-1], 0, [of_twist @ free]
+    # of components of one kind: their coordinates, and of each robot (P, N, ...) their motions,
+    # those with the platform, signs of energies, and rows of masses
+    parts = list[tuple[np.ndarray, ...]]()
     for g, (block, A) in enumerate(zip(problem.blocks, known.equations.A, strict=True)):
-        own = [np.flatnonzero((chains == c[:, None]).any(axis=0)) for c in block.chains]
+        N, m = block.coordinates.shape
+        rows = _by_component(block, of_legs[:, :m], chains)
         # without masses they follow
-        none = [(np.arange(len(own)), np.zeros((len(own), block.free, 0)))]
-        alone = held_motions(problem, known.equations, g) if any(map(len, own)) else none
+        none = [(np.arange(N), np.zeros((N, m, 0)))]
+        alone = held_motions(problem, known.equations, g) if rows.shape[1] else none
         for alike, motions in alone:
-            at, A_x = block.coordinates[alike], A[alike, : block.free, : block.free]
+            n = len(alike) // robots
+            of_each = np.add.outer(np.arange(robots) * (N // robots), alike[:n])
+            if not np.array_equal(of_each.ravel(), alike):
+                return []
+            A_x, by_twist = A[alike, :m, :m], known.by_twist[block.coordinates[alike]]
             E, signs = of_unit_energy(np.swapaxes(motions, -1, -2) @ A_x @ motions)
-            E, follow = motions @ E, known.by_twist[at] @ free
+            E = motions @ E
+            follow = (by_twist.reshape(robots, -1, m, r) @ free[:, None]).reshape(-1, m, f)
             follow -= E @ (signs[..., None] * (np.swapaxes(E, -1, -2) @ (A_x @ follow)))
-            K += (np.swapaxes(follow, -1, -2) @ A_x @ follow).sum(axis=0)
-            B = np.zeros((len(alike), max(len(own[i]) for i in alike), block.free))
-            for B_i, i, x in zip(B, alike, at, strict=True):
-                B_i[: len(own[i])] = of_legs[np.ix_(own[i], x)]
+            K += (np.swapaxes(follow, -1, -2) @ A_x @ follow).reshape(robots, -1, f, f).sum(axis=1)
             # as many rows as it has motions, and those that are left over for the platform
-            k, both = E.shape[-1], np.concatenate([B @ E, B @ follow], axis=-1)
+            k, both = E.shape[-1], rows[alike] @ np.concatenate([E, follow], axis=-1)
             if both.shape[1] > k:
                 both = np.asarray(np.linalg.qr(both, mode="r"))
-            on_platform.extend(both[:, k:, k:])
-            parts += zip(start + alike * block.free, E, follow, signs, both[:, :k], strict=True)
-        start += block.coordinates.size
-    (P,), (signs,) = of_unit_energy(K[None])
-    last = np.linalg.qr(np.concatenate(on_platform) @ P, mode="r")
-    n = sum(E.shape[1] for _, E, *_ in parts)
-    B, Z, i = np.zeros((n + len(last), n + len(P))), np.zeros((start + r, n + len(P))), 0
-    B[n:, n:], Z[start:, n:] = last, free @ P
+            on_platform.append(both[:, k:, k:].reshape(robots, -1, f))
+            each = (x.reshape(robots, n, *x.shape[1:]) for x in (E, follow, signs, both[:, :k]))
+            parts.append((start + np.add.outer(alike[:n] * m, np.arange(m)), *each))
+        start += block.coordinates.size // robots
+    P, signs = of_unit_energy(K)
+    last = np.asarray(np.linalg.qr(np.concatenate(on_platform, axis=1) @ P, mode="r"))
+    signs = np.concatenate([*(part[3].reshape(robots, -1) for part in parts), signs], axis=1)
+    n, i = signs.shape[1] - f, 0
+    B, Z = np.zeros((robots, n + last.shape[1], n + f)), np.zeros((robots, start + r, n + f))
+    B[:, n:, n:], Z[:, start:, n:] = last, free @ P
     for at, E, follow, _, own in parts:
-        (m, k), count = E.shape, len(own)
-        B[i : i + count, i : i + k], B[i : i + count, n:] = own[:, :k], own[:, k:] @ P
-        Z[at : at + m, i : i + k], Z[at : at + m, n:] = E, follow @ P
-        i += k
-    signs = np.concatenate([*(part[3] for part in parts), signs])
-    if not np.all(signs > 0):
-        return _without_stiffness(Z, signs, B)
-    values = np.linalg.svd(B, compute_uv=False)  # the most of the time where legs have masses
-    values = values[values > _MASSLESS * np.max(values, initial=0.0)]
-    return 1.0 / values**2, partial(_shapes, Z, B, len(values), r)
+        k = E.shape[-1]
+        for c, x in enumerate(at):
+            rows, columns = slice(i, i + own.shape[2]), slice(i, i + k)
+            B[:, rows, columns], B[:, rows, n:] = own[:, c, :, :k], own[:, c, :, k:] @ P
+            Z[:, x, columns], Z[:, x, n:] = E[:, c], follow[:, c] @ P
+            i += k
+    found = list[Vibrations]()
+    for Z_i, own, B_i in zip(Z, signs, B, strict=True):
+        if not np.all(own > 0):
+            found.append(_without_stiffness(Z_i, own, B_i))
+            continue
+        values = np.linalg.svd(B_i, compute_uv=False)  # most of the time where legs have masses
+        k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
+        found.append((1.0 / values[:k] ** 2, partial(_shapes, Z_i, B_i, k, r)))
+    return found
+
+
+def _by_component(block: ComponentBlock, rows: np.ndarray, chains: np.ndarray) -> np.ndarray:
+    """Rows of chains (k, m) by the N components of a block (N, k, m), zero where one has fewer."""
+    own, number = np.nonzero((chains[:, None, None] == block.chains).any(axis=-1))
+    counts = np.bincount(number, minlength=len(block.at))
+    place = np.zeros(len(own), dtype=int)
+    order = np.argsort(number, kind="stable")
+    place[order] = np.arange(len(own)) - np.repeat(np.cumsum(counts) - counts, counts)
+    found = np.zeros((len(counts), np.max(counts, initial=0), rows.shape[1]))
+    found[number, place] = rows[own]
+    return found
 
 
 def _motions_of_platform(known: Linearised) -> np.ndarray:
-    """Twists (r, f) that rigid parts leave, each about as stiff as the others."""
-    problem, held = known.problem, known.held_platform
+    """Twists (P, r, f) that rigid parts leave, each about as stiff as the others."""
+    problem, held, robots = known.problem, known.held_platform, known.problem.legs.robots
     free = (np.eye(problem.size) if held is None else held.free) / problem.scale[:, None]
-    roots = [np.zeros((free.shape[1], free.shape[1]))]
+    f = free.shape[1]
+    roots = [np.zeros((robots, f, f))]
     for g, block in enumerate(problem.blocks):
         stiff = np.diagonal(elastic_curvature(problem.legs, g), axis1=-2, axis2=-1)
-        roots.extend(np.sqrt(stiff)[..., None] * (known.by_twist[block.coordinates] @ free))
-    _, sizes, Vt = np.linalg.svd(np.concatenate(roots), full_matrices=False)
-    most = np.max(sizes, initial=0.0) or 1.0
-    return free @ Vt.T / np.where(sizes > _RIGID * most, sizes, most)
+        own = np.sqrt(stiff)[..., None] * (known.by_twist[block.coordinates] @ free)
+        roots.append(own.reshape(robots, -1, f))
+    _, sizes, Vt = np.linalg.svd(np.concatenate(roots, axis=1), full_matrices=False)
+    most = np.max(sizes, axis=-1, initial=0.0, keepdims=True)
+    most = np.where(most > 0, most, 1.0)
+    return free @ np.swapaxes(Vt, -1, -2) / np.where(sizes > _RIGID * most, sizes, most)[:, None]
 
 
 def _shapes(Z: np.ndarray, B: np.ndarray, count: int, r: int) -> np.ndarray:
@@ -314,9 +343,7 @@ def _shapes(Z: np.ndarray, B: np.ndarray, count: int, r: int) -> np.ndarray:
     return found
 
 
-def _without_stiffness(
-    Z: np.ndarray, signs: np.ndarray, B: np.ndarray
-) -> tuple[np.ndarray, Callable[[], np.ndarray]]:
+def _without_stiffness(Z: np.ndarray, signs: np.ndarray, B: np.ndarray) -> Vibrations:
     """Where some motion of unit energy meets no stiffness, or a negative one."""
     _, values, Vt = np.linalg.svd(B)
     k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
@@ -335,18 +362,21 @@ def mass_rows(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Velocities of points times roots of masses; their squares are twice the kinetic energy.
 
-    Rows (k, T) by all unknowns of the legs, each by those of one component; a chain (k,) of that;
-    rows (p, r) by the twist of the platform. Of all masses and drives, at a state.
+    Rows (k, m) by the free unknowns of one component of the legs, and a chain (k,) of that; rows
+    (P, p, r) by the twist of each platform. Of all masses and drives, at a state.
     """
-    legs, of_chains = problem.legs, list[tuple[int, np.ndarray]]()
+    legs, of_chains, at = problem.legs, list[tuple[int, np.ndarray]](), problem.legs.numbers
     points = [carried for carried in masses.on_legs if not carried.is_along_part]
     if points:
         spots = [carried.spot for carried in points]
         R, t = legs.places_of(state.legs, spots)
-        at = np.einsum("nij,nj->ni", R, [carried.mass.centre for carried in points]) + t
+        centres = np.einsum("nij,nj->ni", R, [carried.mass.centre for carried in points]) + t
         roots = np.sqrt(np.array([carried.mass.value for carried in points], dtype=float))
-        moved = legs.twists(state.legs, spots, at)[0][:, :3]
-        moved[np.abs(moved) < _ROUNDING * problem.length * problem.units] = 0.0
+        moved = legs.twists(state.legs, spots, centres)[:, :3]
+        units = np.ones((len(legs.chains), at.widest))
+        units[at.of_chains.of_chain, at.local[at.columns]] = problem.units[at.columns]
+        units = units[[spot.chain for spot in spots], None]
+        moved[np.abs(moved) < _ROUNDING * problem.length * units] = 0.0
         moved *= roots[:, None, None]
         of_chains += zip([spot.chain for spot in spots], moved, strict=True)
     along = [carried for carried in masses.on_legs if carried.is_along_part]
@@ -354,23 +384,30 @@ def mass_rows(
         of_parts = np.repeat([carried.spot.chain for carried in along], [c.parts for c in along])
         of_chains += zip(of_parts, _rows_of_parts(legs, state.legs, along), strict=True)
     drives = [
-        (coupling.place[0], coupling.drive.inertia, a)
-        for coupling, a in zip(legs.couplings, legs.sum_rows, strict=True)
+        (coupling.place[0], coupling.drive.inertia, coupling.terms, coupling.factors)
+        for coupling in legs.couplings
     ]
-    for (c, k), at in legs.places.items():
-        element = legs.chains[c].elements[k]
-        if isinstance(element, FiniteJoint) and element.inertia:
-            unit = np.zeros(legs.numbers.total)
-            unit[legs.numbers.x[at]] = 1.0
-            drives.append((c, element.inertia, unit))
-    of_chains += [(c, np.sqrt(float(of)) * a[None]) for c, of, a in drives if of]
-    arms = [state.R @ (mass.centre - problem.point) for mass in masses.on_platform]
-    roots = np.sqrt([float(mass.value) for mass in masses.on_platform])[:, None, None]
-    of_twist = roots * twist_transport(np.reshape(arms, (-1, 3)))[:, :3, list(problem.rows)]
+    for c, chain in enumerate(legs.chains):
+        for k, element in enumerate(chain.elements):
+            if isinstance(element, FiniteJoint) and element.inertia:
+                drives.append((c, element.inertia, ((c, k),), np.ones(1)))
+    for c, inertia, places, factors in drives:
+        row = np.zeros((1, at.widest))
+        for place, factor in zip(places, factors, strict=True):
+            row[0, at.local[at.x[at.places[place]]]] = factor * np.sqrt(float(inertia))
+        of_chains += [(c, row)] if inertia else []
+    values, centres = (
+        np.array([getattr(mass, name) for mass in masses.on_platform], dtype=float)
+        for name in ("value", "centre")
+    )
+    arms = centres.reshape(legs.robots, -1, 3) - problem.point.reshape(-1, 1, 3)
+    arms = arms @ np.swapaxes(state.R, -1, -2)
+    of_twist = twist_transport(arms)[..., :3, list(problem.rows)]
+    of_twist *= np.sqrt(values).reshape(*arms.shape[:2], 1, 1)
     return (
-        np.concatenate([np.zeros((0, legs.numbers.total)), *(rows for _, rows in of_chains)]),
+        np.concatenate([np.zeros((0, at.widest)), *(rows for _, rows in of_chains)]),
         np.repeat([c for c, _ in of_chains], [len(rows) for _, rows in of_chains]),
-        of_twist.reshape(-1, problem.size),
+        of_twist.reshape(legs.robots, -1, problem.size),
     )
 
 

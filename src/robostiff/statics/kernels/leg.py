@@ -284,7 +284,9 @@ class RecordedLegs:
     def _eliminate(self, elimination: SymmetricElimination, component: Component) -> None:
         """Eliminate a component."""
         legs, at = self.legs, self.legs.numbers
-        follow = [at.x[legs.places[one.place]][0] for one in legs.couplings if not one.is_rigid]
+        follow = [
+            at.x[legs.numbers.places[one.place]][0] for one in legs.couplings if not one.is_rigid
+        ]
         elastic, free, bodies = [], [], list(component.bodies)
         multipliers, carried = at.multipliers[component.rigid].tolist(), []
         for c in component.chains:
