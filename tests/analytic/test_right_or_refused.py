@@ -22,7 +22,7 @@ from robostiff.analytic import (
 )
 from robostiff.analytic.chain import check_chain
 from robostiff.analytic.export import derivation_text, python_function
-from robostiff.analytic.placement.agreement import RobotInNumbers
+from robostiff.analytic.placement.agreement import numbers_of
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.errors import DisagreementError, InputError
 from tests.analytic.export.test_programs_of_robots import POSED
@@ -169,7 +169,7 @@ def test_a_derivation_that_differs_from_numbers_is_not_returned(monkeypatch):
 def test_checks_of_robots_chains_and_snapshots_see_a_difference(monkeypatch):
     robot = rs.load("3-rpr", symbols=())
     derivation = rs.derive(robot, pose=rs.AtSymbols())
-    numbers = RobotInNumbers.of(place_robot(robot, rs.AtSymbols()))
+    numbers = numbers_of(place_robot(robot, rs.AtSymbols()))
     numbers.check(derivation.K, derivation.definitions)
     with pytest.raises(DisagreementError):
         numbers.check(derivation.K * sp.Rational(100001, 100000), derivation.definitions)

@@ -9,7 +9,7 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic.placement import agreement
-from robostiff.analytic.placement.agreement import RobotInNumbers
+from robostiff.analytic.placement.agreement import numbers_of
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.turned_legs import images_of_legs
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
@@ -35,7 +35,7 @@ def stiffness_of(leg):
 
 def images(robot):
     placed = place_robot(robot, rs.AtHome())
-    return images_of_legs(robot, RobotInNumbers.of(placed).leg_stiffness, placed.length)
+    return images_of_legs(robot, numbers_of(placed).leg_stiffness, placed.length)
 
 
 def turned(robot):

@@ -21,7 +21,7 @@ from robostiff.analytic.export import (
     derivation_typst,
 )
 from robostiff.analytic.placement import robot_placement
-from robostiff.analytic.placement.agreement import RobotInNumbers, matrix_distance
+from robostiff.analytic.placement.agreement import matrix_distance, numbers_of
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.vectors.vector_expressions import Turns
 from robostiff.analytic.vectors.vector_form import vector_form
@@ -44,13 +44,13 @@ def platform(placed):
 
 
 def test_a_wrong_form_is_found(placed, platform):
-    RobotInNumbers.of(placed).check(platform.K, platform.definitions)
+    numbers_of(placed).check(platform.K, platform.definitions)
     psi = platform.columns["psi_i"]
     wrong = replace(
         platform, columns=platform.columns | {"psi_i": (psi[0] + sp.pi / 180, *psi[1:])}
     )
     with pytest.raises(DisagreementError, match="the formula and the numerical form"):
-        RobotInNumbers.of(placed).check(wrong.K, wrong.definitions)
+        numbers_of(placed).check(wrong.K, wrong.definitions)
 
 
 def test_legs_of_two_kinds_have_their_compliances_in_the_table():

@@ -20,12 +20,7 @@ from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import NamedSteps, Unwritten, count_of, used_definitions
 from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.placement.agreement import (
-    AGREED,
-    RobotInNumbers,
-    check_value,
-    closed_places,
-)
+from robostiff.analytic.placement.agreement import AGREED, check_value, numbers_of
 from robostiff.analytic.placement.conditions import conditions_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
@@ -292,6 +287,8 @@ def derive_leg(
     if budget is not None:
         checked_budget(budget)
     placed = place_robot(robot, AtHome() if pose is None else pose)
+    if placed.given is not None:  # before anything is closed that does not reach
+        numbers_of(placed)
     placed_leg = placed.legs[names.index(leg)].leg
     if placed_leg.blocks:
         raise InputError(
@@ -336,7 +333,7 @@ def derive_leg(
         again = place_robot(robot, pose or AtHome()).knowing(found.definitions)
         whole = None if robot.platform else vector_form(again)
         if whole is not None:
-            RobotInNumbers.of(again).check(whole.K, whole.definitions)
+            numbers_of(placed).check(whole.K, whole.definitions)
         return whole and whole.of_leg(leg)
 
     return replace(found, at_vector_level=Unwritten(in_vectors))
@@ -405,7 +402,7 @@ def check_leg(found: LegElimination, placed: PlacedRobot) -> None:
     DisagreementError
     """
     names = [f"{model.name} of {placed.robot.name}" for model in placed.robot.legs]
-    for values, result, _ in closed_places(placed):
+    for values, result, _ in numbers_of(placed).places:
         expected = result.leg_stiffness[names.index(found.leg)]
         whole = found.K + sp.Matrix(_FLOOR * result.K)
         given = {s: values[s.name] for s in found.given_symbols}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -26,12 +26,7 @@ from robostiff.analytic.exact.closed import closed_sum
 from robostiff.analytic.exact.definition import Condition, Definition, Unwritten, used_definitions
 from robostiff.analytic.exact.element import OutsideFieldError
 from robostiff.analytic.legs import elastic_parts, passive_freedoms
-from robostiff.analytic.placement.agreement import (
-    AGREED,
-    RobotInNumbers,
-    check_value,
-    random_values,
-)
+from robostiff.analytic.placement.agreement import AGREED, check_value, numbers_of, random_values
 from robostiff.analytic.placement.conditions import conditions_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import (
@@ -50,6 +45,7 @@ from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError
+from robostiff.kept import kept
 from robostiff.model import CoupledFreedom, PlacedLeg, Robot, Snapshot, with_entries
 from robostiff.model.entries import formulas
 from robostiff.record import Entry, Record, is_zero
@@ -145,6 +141,8 @@ def derive_robot(
 
     def recorded() -> PlacedRobot:
         placed = place_robot(robot, pose)
+        if placed.given is not None:  # before anything is closed that does not reach
+            numbers_of(placed)
         if not (is_home and placed.symbols) or isinstance(form, Steps) or in_series(placed):
             _ = placed.recorded
         return placed
@@ -184,10 +182,9 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     """Unit wrenches, and compliances that stay sums; None where a leg has no such basis."""
     if not placed.symbols:
         return None  # all of it is numbers
-    numbers, count = None, len(placed.entries.legs)
+    turned, count = dict[int, tuple[int, Image]](), len(placed.entries.legs)
     with suppress(InputError):  # of a robot without an answer the wrenches say why
-        numbers = RobotInNumbers.of(placed)
-    images = turned = {} if numbers is None else _turned(placed, numbers)
+        turned = _turned(placed)
     legs = {i: placed.place(i).leg for i in range(count) if i not in turned}
     in_series = not any(
         leg.blocks
@@ -214,12 +211,13 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         named.append(replace(bare, name=leg.name, wrenches=w, compliances=c))
     legs = [_in_given_symbols(leg, found.written_out, found.K.rows) for leg in named]
     in_names = InNames(found.K, tuple(named), found.definitions)
-    parts = placed, found.K, legs, found.definitions, in_names, found.written_out
-    return _derivation(*parts, numbers=numbers, images=images if numbers else None)
+    return _derivation(placed, found.K, legs, found.definitions, in_names, found.written_out)
 
 
-def _turned(placed: PlacedRobot, numbers: RobotInNumbers) -> dict[int, tuple[int, Image]]:
+@kept
+def _turned(placed: PlacedRobot) -> dict[int, tuple[int, Image]]:
     """Legs that hold as an earlier one, turned or mirrored, at home."""
+    numbers = numbers_of(placed)
     is_other = placed.given is not None or placed.follows.any or placed.robot.platform is not None
     if is_other or placed.robot.is_posed_by_joints or not numbers.are_general:
         return {}
@@ -327,18 +325,15 @@ def _derivation(
     again: Callable[[], PlacedRobot] | None = None,
     *,
     steps_asked: bool = False,
-    numbers: RobotInNumbers | None = None,
-    images: Mapping[int, tuple[int, Image]] | None = None,
 ) -> RobotDerivation:
     """What was found, compared with numbers; names may be written out, and compared, later."""
-    in_numbers = numbers or RobotInNumbers.of(placed)
-    in_numbers.check(K, definitions)
+    numbers = numbers_of(placed)
+    numbers.check(K, definitions)
 
     def conditions() -> tuple[Condition, ...]:
         # Mirror images of one leg are turns of one another.
         kinds: dict[Any, list[int]] = {}
-        turned = _turned(placed, in_numbers) if images is None else images
-        for i, (first, way) in turned.items():
+        for i, (first, way) in _turned(placed).items():
             is_image = way.mirror is not None
             kinds.setdefault((first, is_image), [] if is_image else [first]).append(i)
         firsts = {i: kind[0] for kind in kinds.values() for i in kind}
@@ -349,7 +344,7 @@ def _derivation(
 
         def write() -> sp.ImmutableMatrix:
             plain = written_out(K)
-            in_numbers.check(plain)
+            numbers.check(plain)
             return plain
 
         whole, definitions = Unwritten(cache(write)), ()
@@ -367,7 +362,7 @@ def _derivation(
         at = (again() if again else placed).knowing(named.definitions if named else ())
         form = vector_form(at) or series_form(at)
         if form is not None:
-            in_numbers.check(form.K, form.definitions)
+            numbers.check(form.K, form.definitions)
         return form and replace(form, **about)
 
     return RobotDerivation(
@@ -382,7 +377,7 @@ def _derivation(
         remark=remark,
         named=named and replace(named, **about),
         at_vector_level=Unwritten(in_vectors),
-        general_rank=max(int(result.rank) for _, result, _ in in_numbers.places),
+        general_rank=max(int(result.rank) for _, result, _ in numbers.places),
         steps_asked=steps_asked,
     )
 

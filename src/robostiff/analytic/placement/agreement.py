@@ -50,34 +50,6 @@ class RobotInNumbers:
     are_general: bool  # whether no value of the robot is that of the model
     length: float  # characteristic length [m]
 
-    @classmethod
-    def of(cls, placed: PlacedRobot) -> RobotInNumbers:
-        """A placed robot.
-
-        Raises
-        ------
-        InputError
-            When the legs reach none of the poses near home that the formula is for, or two postures
-            of a leg meet at home.
-        """
-        where = f"{placed.robot.name!r} {placed.where}"
-        for solver in placed.solvers:
-            # Of two postures in one at the nominal values none can be chosen.
-            if _has_meeting_postures(solver):
-                name = solver.leg.name
-                raise InputError(
-                    f"formula of {where}",
-                    got=f"two postures of leg {name!r} that meet at home, at the end of reach",
-                    expected="values of the model at which home coordinates choose one of them",
-                    hint="derive it with other values of the model, and put yours in: "
-                    'derivation.subs({"name": value})',
-                )
-        places = tuple(closed_places(placed))
-        symbols = tuple(s for name, s in placed.symbols.items() if name in places[0][0])
-        values, nominal = places[0][0], placed.robot.nominal
-        general = all(values[name] != x for name, x in nominal.items() if name in values)
-        return cls(where, symbols, places, general, placed.length)
-
     @property
     def leg_stiffness(self) -> tuple[np.ndarray, ...]:
         """(n, n) of each leg about the reference point, at the first of the values."""
@@ -95,6 +67,35 @@ class RobotInNumbers:
             given = {s: values[s.name] for s in self.symbols}
             limit = _AGREED_IN_DOUBT if doubtful else AGREED
             check_value(K, definitions, given, result.K, limit, self.where, self.length)
+
+
+@kept
+def numbers_of(placed: PlacedRobot) -> RobotInNumbers:
+    """A placed robot in numbers, drawn once.
+
+    Raises
+    ------
+    InputError
+        When the legs reach none of the poses near home that the formula is for, or two postures of
+        a leg meet at home.
+    """
+    where = f"{placed.robot.name!r} {placed.where}"
+    for solver in placed.solvers:
+        # Of two postures in one at the nominal values none can be chosen.
+        if _has_meeting_postures(solver):
+            name = solver.leg.name
+            raise InputError(
+                f"formula of {where}",
+                got=f"two postures of leg {name!r} that meet at home, at the end of reach",
+                expected="values of the model at which home coordinates choose one of them",
+                hint="derive it with other values of the model, and put yours in: "
+                'derivation.subs({"name": value})',
+            )
+    places = tuple(closed_places(placed))
+    symbols = tuple(s for name, s in placed.symbols.items() if name in places[0][0])
+    values, nominal = places[0][0], placed.robot.nominal
+    general = all(values[name] != x for name, x in nominal.items() if name in values)
+    return RobotInNumbers(where, symbols, places, general, placed.length)
 
 
 @kept
@@ -122,7 +123,8 @@ def closed_places(placed: PlacedRobot, sets: int = _SETS, poses: int = _POSES) -
     random = np.random.default_rng(_SEED)
     robot = placed.robot
     sets = sets if robot.symbols or placed.follows.at_joints else 1
-    poses = poses if any(x.free_symbols for x in (placed.given or {}).values()) else 1
+    is_varied = any(x.free_symbols for x in (placed.given or {}).values())
+    poses = poses if is_varied else 1
     checked, complaint = 0, ""
     for spread in _SPREADS:
         for _ in range(max(_TRIES, 3 * sets)):
@@ -146,10 +148,13 @@ def closed_places(placed: PlacedRobot, sets: int = _SETS, poses: int = _POSES) -
             return
     raise InputError(
         f"formula of {robot.name!r} {placed.where}",
-        got="no pose near home at which all legs meet the platform"
+        got=complaint
+        if placed.given and not is_varied
+        else "no pose near home at which all legs meet the platform"
         + f": {complaint}" * bool(complaint),
         expected="poses that the legs reach",
-        hint="name all coordinates of the pose by AtSymbols(), or derive it at home",
+        hint="name all coordinates of the pose by AtSymbols(), derive it at home, or leave out of "
+        "`coordinates` those that the legs fix",
     )
 
 

@@ -11,7 +11,7 @@ import sympy as sp
 from scipy.spatial.transform import Rotation
 
 from robostiff.analytic.exact.definition import Definition, in_given_symbols
-from robostiff.analytic.placement.closed_posture import AROUND, Following, Sample, leg_coordinates
+from robostiff.analytic.placement.closed_posture import Following, Sample, leg_coordinates
 from robostiff.analytic.placement.named_springs import NamedSprings, with_samples
 from robostiff.analytic.placement.robot_pose import (
     ABOUT_WORLD_AXES,
@@ -141,8 +141,6 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         symbols |= {symbol.name: symbol for symbol in expression.free_symbols}
     for names in follows.legs.values():
         symbols |= {name: sp.Symbol(name, real=True) for name in names}
-    if given is not None and not robot.is_posed_by_joints and not follows.pose:
-        _check_reach(robot, finder, given, rotation)
     names = NamedSprings(robot, symbols) if symbols else None
     springs = () if names is None else names.definitions
     samples = _samples(symbols, given, robot, finder, follows, rotation)
@@ -207,39 +205,6 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         place=place,
         solvers=() if robot.is_posed_by_joints else finder.solvers,
         length=finder.length,
-    )
-
-
-def _check_reach(
-    robot: Robot, finder: PostureFinder, given: Mapping[str, Any], rotation: PoseRotation
-) -> None:
-    """Raise when the legs reach no pose at the nominal dimensions, symbols drawn near home."""
-    for leg, solver in zip(robot.legs, finder.solvers, strict=True):
-        _check_closed_form(leg, solver)
-    values = {name: sp.sympify(x).subs(dict(robot.nominal)) for name, x in given.items()}
-    near = near_home(values, finder, rotation)
-    random = np.random.default_rng(_SEED)
-    complaints: tuple[str, ...] = ()
-    for part in (1.0, 0.1, 0.01) if near else (0.0,):
-        for _ in range(_SAMPLES):
-            drawn = {
-                name: value + part * AROUND * size * random.uniform(-1, 1)
-                for name, (value, size) in near.items()
-            }
-            posture = finder.find(pose_at(values, finder, drawn, rotation))
-            if posture.reached.all():
-                return
-            complaints = posture.complaints
-    if near:
-        raise InputError(
-            f"pose of {robot.name!r} in symbols",
-            got="no pose near home at which all legs meet the platform: " + "; ".join(complaints),
-            expected="poses that the legs reach",
-            hint="name all coordinates of the pose by AtSymbols(), derive it at home, or leave out "
-            "of `coordinates` those that the legs fix",
-        )
-    raise InputError(
-        f"pose of {robot.name!r}", got="; ".join(complaints), expected="a pose that all legs reach"
     )
 
 
