@@ -97,7 +97,8 @@ def _in_vectors(placed: PlacedRobot) -> VectorForm | None:
     (leg,), (placed_leg,) = placed.entries.legs, placed.legs
     if leg.chain.couplings or "p" in placed.symbols:
         return None
-    walk = Walk(placed, NamedReading(placed.record, placed.symbols, placed.springs))
+    read = NamedReading(placed.record, placed.symbols, placed.springs)
+    walk = Walk(placed, read, Vector("p"))
     walk.go(leg.base.p)
     walk.turn(turns_of(leg.base.R))
     walk.along(leg.chain.elements, iter(placed_leg.leg.springs), placed_leg.coordinate)
@@ -106,7 +107,7 @@ def _in_vectors(placed: PlacedRobot) -> VectorForm | None:
     walk.go(-np.array(leg.attachment.p, dtype=object))
     walk.go(placed.entries.reference_point)
     walk.equations.append(Equation("p", walk.here()))
-    return _form(walk, (), walk.finish(Vector("p")), {}, (leg.name,))
+    return _form(walk, (), walk.finish(), {}, (leg.name,))
 
 
 def _form(
@@ -173,7 +174,7 @@ def _by_angles(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> V
     legs, first = [placed.entries.legs[i] for i in numbers], placed.legs[numbers[0]]
     plain = ClosedReading(placed.record, placed.symbols)
     table = LegTable(dict(placed.robot.nominal))
-    walk = Walk(placed, read, "_i")
+    walk = Walk(placed, read, Vector("p_i"), "_i")
 
     def place(letter: str, angle: str, each: list[Any]) -> bool:
         points = [tuple(map(plain, point)) for point in each]
@@ -207,7 +208,7 @@ def _by_angles(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> V
     if place("b", "psi", [np.array(leg.attachment.p) - r0 for leg in legs]):
         at = Sum(*terms_of(at), (-1, walk.turned(Vector("b_i"))))
     walk.equations.append(Equation("p_i", at))
-    form = _form(walk, (), walk.finish(Vector("p_i")), {}, tuple(leg.name for leg in legs))
+    form = _form(walk, (), walk.finish(), {}, tuple(leg.name for leg in legs))
     # Written in the coordinates of the first leg: in those of leg i now.
     each = [[sp.sympify(plain(x)) for x in placed.closed[i]] for i in numbers]
     symbols: dict[Any, Any] = {}
@@ -271,9 +272,11 @@ def _by_axes(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> Vec
     elements, springs = legs[0].chain.elements, [*first.leg.springs]
     bodies = rotations_of(elements, iter(springs), count)
     rotations = {k: columns_of(R, known) for k, R in bodies.items()}
-    walk = Walk(placed, read, "_i", axes, {k: x for k, x in rotations.items() if x is not None})
+    known_rotations = {k: x for k, x in rotations.items() if x is not None}
+    reference = Vector("p") if any(x != 0 for x in p) else None
+    walk = Walk(placed, read, reference, "_i", axes, known_rotations)
     walk.terms = [(1, Vector("a_i"))] if ("a", "phi") in vectors else []
     walk.along(elements, iter(springs), first.coordinate)
     columns = {name: tuple(x) for name, x in table.columns.items()}
-    leg = (*equations, *walk.finish(Vector("p") if any(x != 0 for x in p) else None))
+    leg = (*equations, *walk.finish())
     return _form(walk, tuple(pose), leg, columns, tuple(leg.name for leg in legs))

@@ -246,9 +246,9 @@ def _meanings_of_form(found: VectorForm, given: EntryNames) -> list[Meaning]:
         for equation in (e for e in legs if e.name in ("s_i", "t_i")):
             # The cosine a . u and the sine |a x u| of the angle of a vector and a leg.
             match equation.expression:
-                case Dot(Vector(name), _):
+                case Dot((Vector(name), _)):
                     function = "cosine"
-                case Norm(Cross(Vector(name), _)):
+                case Norm((Cross((Vector(name), _)),)):
                     function = "sine"
                 case _:
                     continue

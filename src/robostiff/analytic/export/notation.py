@@ -140,22 +140,22 @@ class Notation(Printer):
                 found = (
                     "".join(signed).removeprefix(" + ").replace(" - ", "-", bool(terms[0][0] < 0))
                 )
-            case Turned(rotation, vector):
+            case Turned((rotation, vector)):
                 found = f"{write(rotation)} {self._factor(vector)}"
-            case Over(vector, scalar):
+            case Over((vector, scalar)):
                 found = self.over(write(vector), write(scalar))
-            case Times(scalar, vector):
+            case Times((scalar, vector)):
                 number = self.write(scalar)
                 number = self.in_brackets(number) if scalar.is_Add else number
                 is_apart = isinstance(scalar, sp.Symbol) and is_word(scalar.name)
                 found = f"{number}{self.apart if is_apart else ' '}{self._factor(vector)}"
-            case Cross(left, right) | Dot(left, right):
+            case Cross((left, right)) | Dot((left, right)):
                 sign = self.cross if isinstance(expression, Cross) else self.dot
                 found = f"{self._factor(left)} {sign} {self._factor(right)}"
-            case Norm(vector):
+            case Norm((vector,)):
                 found = self.norm.format(write(vector))
-            case Stacked(force, moment):
-                each = (self.zero if x == 0 else write(x) for x in (force, moment))
+            case Stacked(both):
+                each = (self.zero if x == 0 else write(x) for x in both)
                 found = self.matrix([[x] for x in each])
             case Turns(turns):
                 named = ((write(Vector(f"R_{axis}")), write(x)) for axis, x in turns)

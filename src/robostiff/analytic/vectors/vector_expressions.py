@@ -31,7 +31,10 @@ class Vector(Str):
 
 
 class _Node(sp.Basic):
+    """An expression by its parts."""
+
     __slots__ = ()
+    __match_args__ = ("parts",)
 
     def __new__(cls, *parts: Any) -> Any:
         return super().__new__(cls, *map(sp.sympify, parts))
@@ -40,43 +43,21 @@ class _Node(sp.Basic):
         """SymPy has a sum and products of its own."""
         return f"{type(self).__name__}({', '.join(map(printer.doprint, self.args))})"
 
-
-class _OfTwo(_Node):
-    """An expression of two parts, or of one."""
-
-    __match_args__ = ("first", "second")
-
-    @property
-    def first(self) -> Any:
-        """The first part."""
-        return self.args[0]
-
-    @property
-    def second(self) -> Any:
-        """The second part."""
-        return self.args[1]
-
-
-class _OfParts(_Node):
-    """An expression of any number of parts."""
-
-    __match_args__ = ("parts",)
-
     @property
     def parts(self) -> tuple[Any, ...]:
-        """All of them."""
+        """All of them, by which it is matched."""
         return self.args
 
 
-class Coordinates(_OfParts):
+class Coordinates(_Node):
     """A vector by its coordinates, which are formulas."""
 
 
-class Sum(_OfParts):
+class Sum(_Node):
     """A sum of terms, each with its sign: (1, p), (-1, a)."""
 
 
-class Turned(_OfTwo):
+class Turned(_Node):
     """A rotation by its name, and a vector in the axes of the platform that it turns."""
 
     def __new__(cls, rotation: Any, vector: Any) -> Any:
@@ -84,31 +65,31 @@ class Turned(_OfTwo):
         return super().__new__(cls, Vector(str(rotation)), vector)
 
 
-class Over(_OfTwo):
+class Over(_Node):
     """A vector over a scalar."""
 
 
-class Times(_OfTwo):
+class Times(_Node):
     """A scalar times a vector."""
 
 
-class Cross(_OfTwo):
+class Cross(_Node):
     """A vector product."""
 
 
-class Dot(_OfTwo):
+class Dot(_Node):
     """A scalar product."""
 
 
-class Norm(_OfTwo):
+class Norm(_Node):
     """The length of a vector."""
 
 
-class Stacked(_OfTwo):
+class Stacked(_Node):
     """A wrench or a twist: its force and its moment; either may be zero."""
 
 
-class Turns(_OfParts):
+class Turns(_Node):
     """A product of turns about axes of the world, such as Rz(gamma) Ry(beta): axes and angles."""
 
     def __new__(cls, *turns: Any) -> Any:
@@ -116,7 +97,7 @@ class Turns(_OfParts):
         return super().__new__(cls, *(sp.Tuple(Str(str(axis)), angle) for axis, angle in turns))
 
 
-class Columns(_OfParts):
+class Columns(_Node):
     """Axes by their unit vectors, side by side: a rotation."""
 
 
@@ -149,18 +130,18 @@ def value_of(x: Any, known: Any, scalar: Callable[[Any], Any]) -> Any:  # noqa: 
             found = np.array([of(part) for part in parts], dtype=object)
         case Sum(terms):
             found = reduce(add, (int(sign) * of(term) for sign, term in terms))
-        case Turned(rotation, vector):
+        case Turned((rotation, vector)):
             found = np.einsum("ij...,j...->i...", of(rotation), of(vector))
-        case Over(vector, number):
+        case Over((vector, number)):
             found = of(vector) / of(number)
-        case Times(number, vector):
+        case Times((number, vector)):
             found = of(number) * of(vector)
-        case Cross(a, b):
+        case Cross((a, b)):
             (a1, a2, a3), (b1, b2, b3) = of(a), of(b)
             found = np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])
-        case Dot(a, b):
+        case Dot((a, b)):
             found = np.sum(of(a) * of(b), axis=0)
-        case Norm(vector):
+        case Norm((vector,)):
             square = np.sum(of(vector) ** 2, axis=0)
             found = np.sqrt(square) if isinstance(square, np.ndarray) else sp.sqrt(square)
         case Stacked():

@@ -62,7 +62,7 @@ class LegInVectors:
         if len(shared) != 1 or shared[0][1] != len(self.wrenches) - 1:
             return None
         i, last = shared[0][0], self.wrenches[-1]
-        return i if self.wrenches[i].first != 0 and last.first == 0 else None
+        return i if self.wrenches[i].parts[0] != 0 and last.parts[0] == 0 else None
 
     @property
     def coupled(self) -> tuple[tuple[str, ...], ...]:
@@ -110,11 +110,11 @@ class WrenchWriter:
         written = [self._written(i, unit, rod) for i, unit in enumerate(basis.wrenches)]
         found = sorted(
             (one for one in written if one is not None),
-            key=lambda one: (one[1].point is None, one[2].first != U),
+            key=lambda one: (one[1].point is None, one[2].parts[0] != U),
         )
         if len(found) < len(written):
             return None
-        used = [w.first or w.second for *_, w in found]
+        used = [w.parts[0] or w.parts[1] for *_, w in found]
         self.read.known = rod.named(rod.scalars())
         if across := rod.give_angle(used):
             if any(not are_along(rod.at.of(x), rod.at.of(across[0])) for x in across):
@@ -154,7 +154,7 @@ class WrenchWriter:
         rows, sample = list(search.space.rows), SampledLeg.of(placed_leg, search)
         if sample is None or sample.transmitted != len(leg.wrenches):
             return False
-        rod.give_angle([w.first or w.second for w in leg.wrenches])
+        rod.give_angle([w.parts[0] or w.parts[1] for w in leg.wrenches])
         W = np.stack([rod.at.of(w) for w in leg.wrenches], axis=2)[:, rows]
         W /= search.scale[rows][:, None]
         C = np.zeros((rod.at.count, *2 * (len(leg.wrenches),)))

@@ -55,15 +55,16 @@ class UnusualPartError(Exception):
 class Walk:
     """Goes along a leg and writes it down.
 
-    `index`: behind the letters of names, such as ``_i``; `axes`: those of the joints, one after the
-    other, and what is a rotation behind them, by the number of joints passed; none where turns are
-    by angles.
+    `reference`: the reference point, None for the world's origin; `index`: behind the letters of
+    names, such as ``_i``; `axes`: those of the joints, one after the other, and what is a rotation
+    behind them, by the number of joints passed; none where turns are by angles.
     """
 
     def __init__(
         self,
         placed: PlacedRobot,
         read: NamedReading,
+        reference: VectorExpression | None,
         index: str = "",
         axes: Sequence[VectorExpression] = (),
         rotations: Mapping[int, Columns] | None = None,
@@ -72,33 +73,25 @@ class Walk:
         self.read = read
         self.equations: list[Equation] = []
         self.rotation: str | None = None
-        self.idle: set[str] = set()  # rotations that turn no vector
         self.terms: list[tuple[int, VectorExpression]] = []
         self.offset: list[Any] = [sp.Integer(0)] * 3
-        self.arms: list[tuple[str, VectorExpression]] = []
-        self.twists: list[tuple[str, VectorExpression, VectorExpression | None]] = []
         self.drives: list[tuple[str, str, Any]] = []
         self.passive: list[str] = []
         self.beams: list[tuple[str, str, str, tuple[Any, ...]]] = []
         self._index, self._axes, self._rotations = index, list(axes), rotations or {}
+        self._away = [] if reference is None else [(-1, reference)]
+        self._turns: set[str] = set()  # names of rotations on the way
+        self._arms: list[Equation] = []
+        self._twists: list[Equation] = []
         self._passed = 0
         self._counts: dict[str, int] = {}
 
-    def finish(self, reference: VectorExpression | None) -> tuple[Equation, ...]:
-        """All equations; arms and twists about a reference point, None for the world's origin."""
-        away = [] if reference is None else [(-1, reference)]
-        for name, point in self.arms:
-            self.equations.append(Equation(name, _sum([*terms_of(point), *away])))
-        for name, e, point in self.twists:
-            terms = [] if point is None else [*terms_of(point), *away]
-            moment = Cross(_sum(terms), e) if terms else 0
-            self.equations.append(
-                Equation(name, Stacked(e, 0) if point is None else Stacked(moment, e))
-            )
+    def finish(self) -> tuple[Equation, ...]:
+        """All equations; arms and twists about the reference point are the last."""
         used, kept = set[str](), []
-        for equation in reversed(self.equations):
+        for equation in reversed([*self.equations, *self._arms, *self._twists]):
             # Turns that move neither a spring nor the reference point are left out.
-            if equation.name not in self.idle or equation.name in used:
+            if equation.name not in self._turns or equation.name in used:
                 used |= names_in(equation.expression)
                 kept.append(equation)
         return tuple(reversed(kept))
@@ -167,7 +160,9 @@ class Walk:
         """The twist of a passive joint, of which the stiffness is None, or of a drive."""
         twist = self._free("j" if stiffness is None else "t")
         e = self._axes[self._passed] if self._axes else self.turned(Coordinates(*axis))
-        self.twists.append((twist, e, point))
+        terms = [] if point is None else [*terms_of(point), *self._away]
+        moment = Cross(_sum(terms), e) if terms else 0
+        self._twists.append(Equation(twist, Stacked(e, 0) if point is None else Stacked(moment, e)))
         if stiffness is None:
             self.passive.append(twist)
         else:
@@ -183,7 +178,6 @@ class Walk:
         axes_of_beam = self._free("Q")
         expression: VectorExpression = Turns(*turns)
         if self.rotation is not None:
-            self.idle.discard(self.rotation)
             expression = Turned(self.rotation, expression) if turns else Vector(self.rotation)
         elif self._axes:
             raise UnusualPartError
@@ -191,7 +185,7 @@ class Walk:
         half = np.array(to, dtype=object) * sp.Rational(1, 2)
         self.go(half)
         middle = self._free("m")
-        self.arms.append((middle, self.here()))
+        self._arms.append(Equation(middle, _sum([*terms_of(self.here()), *self._away])))
         self.go(half)
         of_beam = (
             self.read.length(along),
@@ -216,7 +210,7 @@ class Walk:
     def _new_rotation(self, expression: VectorExpression) -> None:
         self.rotation = self._free("R")
         self.equations.append(Equation(self.rotation, expression))
-        self.idle.add(self.rotation)
+        self._turns.add(self.rotation)
 
     def turned(self, vector: VectorExpression) -> VectorExpression:
         """A vector of the present frame in the world."""
@@ -224,7 +218,6 @@ class Walk:
             if self._axes:
                 raise UnusualPartError
             return vector
-        self.idle.discard(self.rotation)
         return Turned(self.rotation, vector)
 
     def here(self) -> VectorExpression:
