@@ -11,6 +11,7 @@ import robostiff as rs
 from robostiff.analytic import AtSymbols, Steps, derive_leg
 from robostiff.analytic.exact.exact_points import matrix_value
 from robostiff.analytic.export import derivation_text
+from robostiff.analytic.export.entries import EntryNames
 from robostiff.analytic.legs import check_leg
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.robot_pose import AtHome
@@ -121,6 +122,6 @@ def test_values_put_in_leave_no_name_without_its_definition():
     leg = rs.derive("3-prs", leg="leg1")
     values = {"R": 0.55, "k": 9e6, "l": 0.8, "r": 0.25}
     put = leg.subs({"R": 0.55})
-    assert {s.name for s in put.given_symbols} <= values.keys() - {"R"}
+    assert {*EntryNames(put).given} <= values.keys() - {"R"}
     others = {s.name: values[s.name] for s in put.symbols}
     assert put.lambdify()(**others) == pytest.approx(leg.lambdify()(**values), rel=1e-12)

@@ -226,14 +226,6 @@ class LegElimination(Derivation):
         """Spatial (6 x 6) or planar (3 x 3)."""
         return Space.of_size(self.K.rows)
 
-    @property
-    def given_symbols(self) -> tuple[Any, ...]:
-        """The given symbols of all stages, some of which cancel in K."""
-        parts = [self.K0, self.C, self.axes, self.arm, *(d.expression for d in self.definitions)]
-        parts += [M for stage in self.stages for M in (stage.J, stage.K)]
-        found = set().union(*(part.free_symbols for part in parts))
-        return tuple(sorted(found - {d.symbol for d in self.definitions}, key=str))
-
 
 def derive_leg(
     robot: Robot,
@@ -402,9 +394,10 @@ def check_leg(found: LegElimination, placed: PlacedRobot) -> None:
     DisagreementError
     """
     names = [f"{model.name} of {placed.robot.name}" for model in placed.robot.legs]
-    for values, result, _ in numbers_of(placed).places:
+    numbers = numbers_of(placed)
+    for values, result, _ in numbers.places:
         expected = result.leg_stiffness[names.index(found.leg)]
         whole = found.K + sp.Matrix(_FLOOR * result.K)
-        given = {s: values[s.name] for s in found.given_symbols}
+        given = {s: values[s.name] for s in numbers.symbols}
         compared = whole, found.definitions, given, expected + _FLOOR * result.K
         check_value(*compared, AGREED, found.leg, placed.length)

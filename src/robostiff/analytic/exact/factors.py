@@ -15,27 +15,20 @@ from robostiff.analytic.exact.element import Element, power_of
 from robostiff.analytic.exact.field import ExactField
 from robostiff.frozen import frozen
 
-
-@frozen
-class Product:
-    """A fraction as ``number * base_1^exponent_1 * ...``."""
-
-    number: sp.Rational  # 0 for the fraction 0, which has no powers
-    # (polynomial, int): irreducible polynomials of the field; exponents are negative below the
-    # fraction bar
-    powers: tuple[tuple[Any, int], ...]
+#: A fraction as a number of its ring and irreducible polynomials with their exponents, which are
+#: negative below the fraction bar.
+Product = tuple[Any, list[tuple[Any, int]]]
 
 
-def product_of(field: ExactField, formula: Any) -> Product:
-    """Factor an expression or an element of a field."""
-    element = formula if isinstance(formula, Element) else field.element(formula)
-    if element.is_zero:
-        return Product(sp.Integer(0), ())
-    above, below = element.num.factor(), element.den.factor()
-    number: Any = rational(above[0]) / rational(below[0])
-    powers = [(base, int(exponent)) for base, exponent in above[1]]
-    powers += [(base, -int(exponent)) for base, exponent in below[1]]
-    return Product(number, tuple(powers))
+def product_of(above: Any, below: Any = None) -> Product:
+    """Factor a polynomial that is not zero, or a quotient of two."""
+    constant, parts = above.factor()
+    powers = [(base, int(exponent)) for base, exponent in parts]
+    if below is not None and not below.is_one():
+        below_constant, parts = below.factor()
+        constant = constant / below_constant
+        powers += [(base, -int(exponent)) for base, exponent in parts]
+    return constant, powers
 
 
 def factored(field: ExactField, above: Any, below: Any = None) -> Any:
@@ -54,12 +47,7 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
     """
     if above.is_zero():
         return sp.Integer(0)
-    constant, parts = above.factor()
-    powers = [(base, int(exponent)) for base, exponent in parts]
-    if below is not None and not below.is_one():
-        below_constant, parts = below.factor()
-        constant = constant / below_constant
-        powers += [(base, -int(exponent)) for base, exponent in parts]
+    constant, powers = product_of(above, below)
     written = field.polynomial_expressions([base for base, _ in powers])
     for i, (base, exponent) in enumerate(powers):
         if starts_with_minus(written[i]):  # 1 - 2 x, not -(2 x - 1)

@@ -228,7 +228,9 @@ class EntryNames:
 
     def __init__(self, derivation: Formula) -> None:
         stages = getattr(derivation, "stages", ())
-        matrices: list[Any] = [*derivation.matrices, getattr(derivation, "K0", sp.S.Zero)]
+        matrices: list[Any] = [*derivation.matrices]
+        if hasattr(derivation, "stages"):  # some of what is given cancels in K
+            matrices += [getattr(derivation, x, sp.S.Zero) for x in ("K0", "C", "axes", "arm")]
         for stage in stages:
             matrices += [stage.J, stage.u, stage.K, stage.mu]
         matrices += [d.expression for d in derivation.definitions]

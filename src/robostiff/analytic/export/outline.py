@@ -41,9 +41,11 @@ from robostiff.analytic.legs import LegElimination
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.vector_expressions import Vector
+from robostiff.kept import kept
 from robostiff.spatial import Space
 
 
+@kept
 def outline_of(derivation: Any) -> tuple[Block, ...]:
     """The blocks of an exported derivation, of a robot, or of a derivative.
 
@@ -226,7 +228,7 @@ def _leg(derivation: LegElimination) -> list[Block]:
     if count:
         by_entries = (s.is_redundant or sum(x != 0 for x in s.J) < 2 for s in derivation.stages)
         rows += _meanings_of_joints(derivation, names, without_reactions=all(by_entries))
-    given = sorted(map(str, derivation.given_symbols))
+    given = names.given
     listed = dict.fromkeys((*(x for x in derivation.coordinates if x in given), *given))
     rows += of_vectors
     return [*blocks, Nomenclature((*rows, *meanings_of_given(listed, derivation.meanings)))]

@@ -34,6 +34,7 @@ from robostiff.analytic.exact.factors import (
     common_factor,
     is_positive_form,
     over,
+    product_of,
     shared_factors,
     without_sign,
 )
@@ -237,11 +238,10 @@ def decoupling_in_names(derivation: RobotDerivation) -> tuple[sp.Expr, ...]:
     for entry in dict.fromkeys(x for x in coupling_of(named.K) if x != 0):
         field, total = ExactField([entry]), Counter[Any]()
         element = field.element(entry)
-        for polynomial, sign in ((element.num, 1), (element.den, -1)):
-            for base, power in polynomial.factor()[1]:
-                factor: Any = field.polynomial_expression(base)
-                orders = _irreducible(factor.xreplace(written))
-                total.update({zero: sign * int(power) * n for zero, n in orders.items()})
+        for base, power in product_of(element.num, element.den)[1]:
+            factor: Any = field.polynomial_expression(base)
+            orders = _irreducible(factor.xreplace(written))
+            total.update({zero: power * n for zero, n in orders.items()})
         each.append({zero for zero, n in total.items() if n > 0})
     shared = set.intersection(*each) if each else (sp.Integer(0),)
     return tuple(sorted(shared, key=sp.default_sort_key))

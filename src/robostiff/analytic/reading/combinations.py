@@ -84,7 +84,10 @@ class CombinationNames:
     def sum_of(self, products: list[Product]) -> sp.Expr:
         """A sum of products in names."""
         return sp.Add(
-            *(sp.Mul(x.number, *(self.polynomial(b) ** n for b, n in x.powers)) for x in products)
+            *(
+                sp.Mul(rational(number), *(self.polynomial(base) ** n for base, n in powers))
+                for number, powers in products
+            )
         )
 
     def polynomial(self, polynomial: Any) -> Any:
@@ -167,7 +170,7 @@ def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
         written = {entry: _summands(field, entry) for entry in dict.fromkeys(entries)}
     except InputError:
         return unchanged
-    if any(len(base) > _MOST_TERMS for s in written.values() for p in s for base, _ in p.powers):
+    if any(len(base) > _MOST_TERMS for s in written.values() for _, p in s for base, _ in p):
         return unchanged
     names = CombinationNames(field, {*taken, *(symbol.name for symbol in K.free_symbols)})
     products = [written[entry] for entry in entries]
@@ -206,15 +209,12 @@ def _summands(field: ExactField, entry: Any) -> list[Product]:
     """An entry as one product; a sum of fractions, one a leg, as one product each."""
     terms = sp.Add.make_args(entry)
     is_sum_of_legs = len(terms) > 1 and any(sp.denom(term).free_symbols for term in terms)
-    if not is_sum_of_legs:
-        return [product_of(field, entry)]
     by_denominator: dict[Any, Any] = {}
-    for term in terms:
-        element = field.element(term)
+    for element in map(field.element, terms if is_sum_of_legs else [entry]):
         key = str(element.den)
         known = by_denominator.get(key)
         by_denominator[key] = element if known is None else known + element
-    return [product_of(field, element) for element in by_denominator.values()]
+    return [product_of(x.num, x.den) for x in by_denominator.values() if not x.is_zero]
 
 
 def _recurring(field: ExactField, products: list[list[Product]], K: Any) -> list[Any]:
@@ -230,7 +230,7 @@ def _recurring(field: ExactField, products: list[list[Product]], K: Any) -> list
     for i in range(K.rows):
         for j in range(i if is_symmetric else 0, K.cols):
             entry = products[i * K.cols + j]
-            bases = {str(b): b for product in entry for b, _ in product.powers}
+            bases = {str(base): base for _, powers in entry for base, _ in powers}
             for base in bases.values():
                 if len(base) > 1:
                     occurs(base)
