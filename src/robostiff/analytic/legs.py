@@ -322,7 +322,7 @@ def derive_leg(
     check_leg(found, placed)
 
     def in_vectors() -> VectorForm | None:
-        again = place_robot(robot, pose or AtHome()).knowing(found.definitions)
+        again = place_robot(robot, placed.pose).knowing(found.definitions)
         whole = None if robot.platform else vector_form(again)
         if whole is not None:
             numbers_of(placed).check(whole.K, whole.definitions)

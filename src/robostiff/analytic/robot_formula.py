@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -23,7 +23,13 @@ from robostiff.analytic.budget import (
 from robostiff.analytic.chain import Closed, Steps
 from robostiff.analytic.derivation import InNames, LegDerivation, RobotDerivation, SnapshotFormula
 from robostiff.analytic.exact.closed import closed_sum
-from robostiff.analytic.exact.definition import Condition, Definition, Unwritten, used_definitions
+from robostiff.analytic.exact.definition import (
+    Condition,
+    Definition,
+    Unwritten,
+    in_given_symbols,
+    used_definitions,
+)
 from robostiff.analytic.exact.element import OutsideFieldError
 from robostiff.analytic.legs import elastic_parts, passive_freedoms
 from robostiff.analytic.placement.agreement import AGREED, check_value, numbers_of, random_values
@@ -162,8 +168,7 @@ def derive_robot(
             placed = within(enough, recorded, "record of a formula")
         except (FormulaTooLargeError, OutsideFieldError):
             pass  # too long, or with the size of a length of either sign
-    # On a record of its own: this one has steps of the elimination, longer for the same values.
-    return _in_steps(placed, lambda: place_robot(robot, pose), remark, steps_asked=steps_asked)
+    return _in_steps(placed, remark, steps_asked=steps_asked)
 
 
 def _readable(placed: PlacedRobot, limit: int, *, is_home: bool, closed: bool) -> RobotDerivation:
@@ -209,9 +214,10 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         bare = _bare_leg(placed.place(first).leg, of_legs[first].redundant)
         w, c = found.leg(first, way)
         named.append(replace(bare, name=leg.name, wrenches=w, compliances=c))
-    legs = [_in_given_symbols(leg, found.written_out, found.K.rows) for leg in named]
     in_names = InNames(found.K, tuple(named), found.definitions)
-    return _derivation(placed, found.K, legs, found.definitions, in_names, found.written_out)
+    full = in_given_symbols(found.definitions)
+    legs = [_in_given_symbols(leg, full, found.K.rows) for leg in named]
+    return _derivation(placed, found.K, legs, found.definitions, in_names)
 
 
 @kept
@@ -224,7 +230,7 @@ def _turned(placed: PlacedRobot) -> dict[int, tuple[int, Image]]:
     return images_of_legs(placed.robot, numbers.leg_stiffness, placed.length)
 
 
-def _in_given_symbols(leg: LegDerivation, write: Callable[[Any], Any], n: int) -> LegDerivation:
+def _in_given_symbols(leg: LegDerivation, full: dict[Any, Any], n: int) -> LegDerivation:
     """A leg without names, and with K (n x n); written when it is first looked at."""
 
     def stiffness() -> sp.ImmutableMatrix:
@@ -233,16 +239,14 @@ def _in_given_symbols(leg: LegDerivation, write: Callable[[Any], Any], n: int) -
 
     found = replace(
         leg,
-        wrenches=Unwritten(lambda: tuple(map(write, leg.wrenches))),
-        compliances=Unwritten(lambda: tuple(map(write, leg.compliances))),
+        wrenches=Unwritten(lambda: tuple(w.xreplace(full) for w in leg.wrenches)),
+        compliances=Unwritten(lambda: tuple(c.xreplace(full) for c in leg.compliances)),
         K=Unwritten(stiffness),
     )
     return found
 
 
-def _in_steps(
-    placed: PlacedRobot, again: Callable[[], PlacedRobot], remark: str, *, steps_asked: bool
-) -> RobotDerivation:
+def _in_steps(placed: PlacedRobot, remark: str, *, steps_asked: bool) -> RobotDerivation:
     """The record itself, its steps named."""
     recorded = placed.recorded
     for number, leg in enumerate(recorded.legs, start=1):
@@ -288,9 +292,8 @@ def _in_steps(
         w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in recorded.legs[i].wrenches)
         c = tuple(reading(mu) for mu in recorded.legs[i].mu)
         legs.append(replace(each[i], wrenches=w, compliances=c, definitions=new))
-    return _derivation(
-        placed, K, legs, reading.definitions, remark=remark, again=again, steps_asked=steps_asked
-    )
+    parts = placed, K, legs, reading.definitions
+    return _derivation(*parts, remark=remark, in_steps=True, steps_asked=steps_asked)
 
 
 def _closed(placed: PlacedRobot, limit: int, of_all: float) -> RobotDerivation:
@@ -320,10 +323,9 @@ def _derivation(
     legs: Sequence[LegDerivation],
     definitions: tuple[Definition, ...] = (),
     named: InNames | None = None,
-    written_out: Callable[[Any], Any] | None = None,
-    remark: str = "",
-    again: Callable[[], PlacedRobot] | None = None,
     *,
+    remark: str = "",
+    in_steps: bool = False,
     steps_asked: bool = False,
 ) -> RobotDerivation:
     """What was found, compared with numbers; names may be written out, and compared, later."""
@@ -340,10 +342,10 @@ def _derivation(
         return conditions_of(placed, None, firsts)
 
     whole: Any = K
-    if written_out is not None:
+    if named is not None:
 
         def write() -> sp.ImmutableMatrix:
-            plain = written_out(K)
+            plain = K.xreplace(in_given_symbols(named.definitions))
             numbers.check(plain)
             return plain
 
@@ -359,7 +361,9 @@ def _derivation(
     def in_vectors() -> VectorForm | None:
         if placed.robot.platform is not None:
             return None
-        at = (again() if again else placed).knowing(named.definitions if named else ())
+        # On a record of its own: that of steps has longer ones for the same values.
+        at = place_robot(placed.robot, placed.pose) if in_steps else placed
+        at = at.knowing(named.definitions if named else ())
         form = vector_form(at) or series_form(at)
         if form is not None:
             numbers.check(form.K, form.definitions)

@@ -45,6 +45,7 @@ class PlacedRobot:
 
     robot: Robot  # as it was given
     entries: Robot  # the same on entries of the record
+    pose: PoseFormula
     where: str  # the pose, in words
     coordinates: tuple[str, ...]  # names of the symbols of the pose
     # names of the symbols, some coordinates among them, whose values the closure of the legs
@@ -191,6 +192,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     return PlacedRobot(
         robot=robot,
         entries=entries,
+        pose=pose,
         where=_in_words(given, following, rotation, at_joints=follows.at_joints),
         coordinates=tuple(str(v) for v in (given or {}).values() if v.is_Symbol),
         following=following,

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from robostiff.frozen import frozen, replace
 from robostiff.model import Robot
 from robostiff.model.entries import are_equal
+from robostiff.spatial import Space
 
 _SAME = 1e-10  # of the largest entry
 _ALIKE = 1e-11  # of the stiffness of legs
@@ -37,7 +38,7 @@ def images_of_legs(
     -------
     dict of leg numbers to the number of the earlier leg, and how the leg is made from it
     """
-    rows = np.array(ROWS[robot.space.size])
+    rows = np.array(robot.space.rows)
     K = np.zeros((len(stiffness), 6, 6))
     K[:, rows[:, None], rows] = stiffness
     K /= np.outer(scale := np.array([1.0] * 3 + [length] * 3), scale)
@@ -58,8 +59,6 @@ def images_of_legs(
     return found
 
 
-#: Of a wrench in space and in the plane.
-ROWS: dict[int, Sequence[int]] = {6: range(6), 3: (0, 1, 5)}
 #: Names of the entries of a wrench: force, moment.
 COMPONENTS = ("u_x", "u_y", "u_z", "m_x", "m_y", "m_z")
 
@@ -202,7 +201,7 @@ def turn_in_words(wrenches: Sequence[Any], others: Sequence[Any]) -> str | None:
     """
     if len(wrenches) != len(others) or not wrenches:
         return None
-    rows = ROWS[len(wrenches[0])]
+    rows = Space.of_size(len(wrenches[0])).rows
 
     def is_made_by(turned: Callable[[list[Any]], Sequence[Any]]) -> bool:
         for w, other in zip(wrenches, others, strict=True):

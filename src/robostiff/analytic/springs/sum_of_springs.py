@@ -21,7 +21,6 @@ from robostiff.analytic.exact.definition import (
     Unwritten,
     count_of,
     different_entries,
-    in_given_symbols,
     operations_of,
     used_definitions,
 )
@@ -29,7 +28,6 @@ from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.turned_legs import (
     COMPONENTS,
-    ROWS,
     Image,
     Orbit,
     Products,
@@ -47,6 +45,7 @@ from robostiff.frozen import frozen
 from robostiff.record import Entry, is_zero
 from robostiff.recorded.elimination import cross
 from robostiff.recorded.leg import at_samples
+from robostiff.spatial import Space
 
 _SAME = 1e-10
 
@@ -70,7 +69,7 @@ class SumOfSprings:
         first_wrenches, compliances = self.legs[first]
         if way is None:
             return first_wrenches, compliances
-        rows = [*ROWS[self.K.rows]]
+        rows = Space.of_size(self.K.rows).rows
 
         def shortest(x: Any) -> Any:
             return min(x, _in_names(factored_fraction(x), self.definitions), key=count_of)
@@ -81,12 +80,6 @@ class SumOfSprings:
             return tuple(sp.ImmutableMatrix([shortest(w[i]) for i in rows]) for w in images)
 
         return Unwritten(turned), compliances
-
-    @cached_property
-    def written_out(self) -> Callable[[Any], Any]:
-        """Writes an expression or matrix in given symbols."""
-        full = in_given_symbols(self.definitions)
-        return lambda x: x.xreplace(full)
 
 
 def sum_of_springs(
@@ -215,7 +208,7 @@ def _with_components(found: SumOfSprings, placed: PlacedRobot) -> SumOfSprings:
         if d.expression.is_Add:
             put = {d.expression: d.symbol, -d.expression: -d.symbol}
             others = [tuple(x.xreplace(put) for x in one) for one in others]
-    names = [COMPONENTS[i] for i in ROWS[K.rows]]
+    names = [COMPONENTS[i] for i in Space.of_size(K.rows).rows]
     plain = Written(tuple(entries), found.definitions, tuple(others))
     samples = {s: placed.record.input(name).sample for name, s in placed.symbols.items()}
     written = shortest(plain, placed.symbols, samples, names)
