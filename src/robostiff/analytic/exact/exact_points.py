@@ -246,8 +246,6 @@ def _in_floats(expression: Any, arguments: list[Any]) -> Any:
         base, exponent = np.asarray(arguments[0], dtype=float), expression.exp
         if exponent == sp.Rational(1, 2):
             return np.sqrt(base)[()]
-        if exponent.is_Integer:
-            return np.power(base, float(exponent))[()]
         return np.power(base, arguments[1])[()]
     function = getattr(np, type(expression).__name__.lower(), None)
     if function is None:

@@ -347,18 +347,13 @@ class Samples:
 
     def relative(self, factor: Any) -> Callable[[np.ndarray], np.ndarray]:
         """Values of a sum by the sizes of its terms, as a function of values (..., symbols)."""
-        polynomial = sp.Poly(factor)
-        powers, numbers = zip(*polynomial.terms(), strict=True)
-        coefficients = np.array(numbers, dtype=float)
-        each = [np.array(n) for n in zip(*powers, strict=True)]
+        terms = sp.Add.make_args(sp.expand(factor))
 
         def ratio(at: np.ndarray) -> np.ndarray:
             known = dict(zip(self.symbols, np.moveaxis(at, -1, 0), strict=True))
-            total: Any = coefficients
-            for x, n in zip(values_of(polynomial.gens, known), each, strict=True):
-                total = total * (np.asarray(x)[..., None] ** np.arange(max(n) + 1))[..., n]
-            sizes = np.sum(np.abs(total), axis=-1)
-            return np.sum(total, axis=-1) / np.where(sizes > 0, sizes, 1)
+            each = np.array([x + np.zeros(at.shape[:-1]) for x in values_of(terms, known)])
+            sizes = np.sum(np.abs(each), axis=0)
+            return np.sum(each, axis=0) / np.where(sizes > 0, sizes, 1)
 
         return ratio
 
