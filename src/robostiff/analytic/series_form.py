@@ -45,6 +45,7 @@ from robostiff.analytic.vectors.walk import (
     turning_angles,
     turns_of,
 )
+from robostiff.kinematics.jacobians import in_groups
 from robostiff.model import Telescope
 from robostiff.model.entries import are_equal
 from robostiff.recorded.leg import at_samples as sampled
@@ -134,12 +135,7 @@ def _legs(placed: PlacedRobot) -> VectorForm | None:
     is_other = at_home or placed.robot.is_posed_by_joints or placed.robot.platform is not None
     if is_other or any(name == "p" or "_i_" in f"{name}_" for name in placed.symbols):
         return None
-    kinds: list[list[int]] = []
-    for i, chain in enumerate(chains):
-        kind = next((k for k in kinds if are_equal(chains[k[0]], chain)), None)
-        if kind is None:
-            kinds.append(kind := [])
-        kind.append(i)
+    kinds = [*map(list, in_groups(chains, are_equal))]
     if len(kinds) == len(chains):
         return None
     read = NamedReading(placed.record, placed.symbols, placed.springs)

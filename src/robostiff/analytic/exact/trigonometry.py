@@ -9,6 +9,7 @@ from typing import Any
 
 import sympy as sp
 from sympy.core.cache import cacheit
+from sympy.simplify.fu import TR8
 
 from robostiff.analytic.exact.definition import count_of
 
@@ -135,18 +136,13 @@ _Numbers = dict[Any, Any]  # for each product of symbols the number before it
 
 @cache
 def _harmonics(m: int, n: int) -> dict[int, tuple[Any, Any]]:
-    """Amplitudes of cos(k x) and sin(k x) in sin(x)^m cos(x)^n, from those of exp(i k x)."""
-    waves: dict[int, Any] = {0: sp.Integer(1)}
-    half = sp.Rational(1, 2)
-    for up, down in [(-sp.I * half, sp.I * half)] * m + [(half, half)] * n:
-        raised: dict[int, Any] = {}
-        for k, amplitude in waves.items():
-            raised[k + 1] = raised.get(k + 1, 0) + up * amplitude
-            raised[k - 1] = raised.get(k - 1, 0) + down * amplitude
-        waves = raised
-    both = {k: (waves.get(k, 0), waves.get(-k, 0)) for k in {abs(k) for k in waves} - {0}}
-    found = {k: (sp.expand(a + b), sp.expand(sp.I * (a - b))) for k, (a, b) in both.items()}
-    return found | {0: (waves.get(0, 0), 0)}
+    """Amplitudes of cos(k x) and sin(k x) in sin(x)^m cos(x)^n."""
+    x = sp.Dummy()
+    wave = sp.sin(x) ** m * sp.cos(x) ** n
+    for _ in range(2):  # of squares of squares
+        wave = sp.expand(TR8(wave))
+    found = {k: (wave.coeff(sp.cos(k * x)), wave.coeff(sp.sin(k * x))) for k in range(1, m + n + 1)}
+    return found | {0: (wave.as_coeff_Add()[0], 0)}
 
 
 def _with_phases(cosines: _Numbers, sines: _Numbers, angle: Any) -> Iterator[tuple[Any, Any]]:

@@ -13,6 +13,7 @@ import sympy as sp
 from scipy.spatial.transform import Rotation
 
 from robostiff.frozen import frozen, replace
+from robostiff.kinematics.jacobians import in_groups
 from robostiff.model import Robot
 from robostiff.model.entries import are_equal
 from robostiff.spatial import Space
@@ -42,11 +43,8 @@ def images_of_legs(
     K = np.zeros((len(stiffness), 6, 6))
     K[:, rows[:, None], rows] = stiffness
     K /= np.outer(scale := np.array([1.0] * 3 + [length] * 3), scale)
-    rest, found = [*range(len(K))], dict[int, tuple[int, Image]]()
-    while rest:
-        chain = robot.legs[rest[0]].chain
-        alike = [i for i in rest if are_equal(robot.legs[i].chain, chain)]
-        rest = [i for i in rest if i not in alike]
+    found: dict[int, tuple[int, Image]] = {}
+    for alike in map(list, in_groups([leg.chain for leg in robot.legs], are_equal)):
         x, y, z, a, b, c = np.abs(np.diag(K[alike[0]]))
         sizes = np.sqrt([x + y, x + y, z, a + b, a + b, c])
         sizes = np.maximum(sizes, _LEAST * np.max(sizes)) if np.any(sizes) else np.ones(6)
