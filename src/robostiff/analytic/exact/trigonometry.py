@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy as sp
 from sympy.core.cache import cacheit
-from sympy.simplify.fu import TR8
+from sympy.simplify.fu import TR8, TR10i
 
 from robostiff.analytic.exact.definition import count_of
 
@@ -54,19 +54,8 @@ def _with_sums_of_angles(expression: Any) -> Any:
         if len(part.args) == 2 and all(len(x.atoms(sp.sin, sp.cos)) == 2 for x in part.args)
     ]
     for pair in pairs:
-        angles = sorted({x.args[0] for x in pair.atoms(sp.sin, sp.cos)}, key=str)
-        if len(angles) != 2:
-            continue
-        a, b = angles
-        sums = []
-        for sign in (1, -1):
-            sine = sp.sin(a) * sp.cos(b) + sign * sp.cos(a) * sp.sin(b)
-            cosine = sp.cos(a) * sp.cos(b) - sign * sp.sin(a) * sp.sin(b)
-            sums += [(sp.sin(a + sign * b), sine), (sp.cos(a + sign * b), cosine)]
-        for whole, parts in sums:
-            if pair in (parts, -parts):
-                expression = expression.xreplace({pair: whole if pair == parts else -whole})
-                break
+        if len({x.args[0] for x in pair.atoms(sp.sin, sp.cos)}) == 2:
+            expression = expression.xreplace({pair: TR10i(pair)})
     return expression
 
 
