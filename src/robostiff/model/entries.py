@@ -24,7 +24,9 @@ OfSymbols = TypeVar("OfSymbols", bound="Symbolic")
 _NO_ENTRIES = frozenset(("limits", "nominal", "meanings", "laws"))
 
 
-def with_entries(robot: Part, convert: Callable[[Any], Any]) -> Part:
+def with_entries(
+    robot: Part, convert: Callable[[Any], Any], others: Mapping[int, Any] | None = None
+) -> Part:
     """The same robot, or part of one, with ``convert(entry)`` in place of every number or formula.
 
     Parameters
@@ -34,6 +36,8 @@ def with_entries(robot: Part, convert: Callable[[Any], Any]) -> Part:
         Gets a Python float, or a formula as it is; gives a float or a formula, of SymPy or of any
         kind that has ``free_symbols``. The limits of drives and the nominal values of symbols are
         no entries and stay.
+    others : mapping of int to parts, optional
+        Parts that are converted in place of those of the robot, by the ids of these.
 
     Returns
     -------
@@ -61,7 +65,7 @@ def with_entries(robot: Part, convert: Callable[[Any], Any]) -> Part:
             known[id(value)] = value, convert(value)
         return known[id(value)][1]
 
-    return _converted(robot, once, {}, lambda array: array)
+    return _converted(robot, once, {}, lambda array: array, others or {})
 
 
 def as_meant(robot: Part) -> Part:
@@ -93,7 +97,7 @@ def as_meant(robot: Part) -> Part:
         size = np.linalg.norm(values, axis=0)
         return np.where(np.abs(values) <= _ROUNDING * size, 0.0, values)
 
-    return _converted(robot, meant, {}, without_remainders)
+    return _converted(robot, meant, {}, without_remainders, {})
 
 
 _ROUNDING = 4 * float(np.finfo(float).eps)
@@ -150,6 +154,7 @@ def _converted(
     convert: Callable[[Any], Any],
     known: dict[int, Any],
     prepared: Callable[[np.ndarray], np.ndarray],
+    others: Mapping[int, Any],
 ) -> Any:
     """A part with other entries; what is one part in several places stays one."""
     if is_formula(part):
@@ -167,16 +172,17 @@ def _converted(
         # One by one: some entries look like sequences to NumPy.
         return np.fromiter(converted, dtype=kind).reshape(values.shape)
     if isinstance(part, tuple):
-        return tuple(_converted(member, convert, known, prepared) for member in part)
+        return tuple(_converted(member, convert, known, prepared, others) for member in part)
     if is_dataclass(part):
         if id(part) not in known:
+            own = others.get(id(part), part)
             values = {
-                name: getattr(part, name)
+                name: getattr(own, name)
                 if name in _NO_ENTRIES
-                else _converted(getattr(part, name), convert, known, prepared)
-                for name in names_of(type(part))
+                else _converted(getattr(own, name), convert, known, prepared, others)
+                for name in names_of(type(own))
             }
-            known[id(part)] = type(part)(**values)  # pyright: ignore[reportCallIssue]
+            known[id(part)] = type(own)(**values)  # pyright: ignore[reportCallIssue]
         return known[id(part)]
     return part
 

@@ -7,6 +7,7 @@ from functools import cmp_to_key, reduce
 from operator import itemgetter
 from typing import Any, ClassVar
 
+import flint
 import sympy as sp
 from sympy.core.cache import cacheit
 
@@ -372,7 +373,12 @@ class Roots:
         self._known: dict[Any, Any] = {}
         radicands = [taken_apart(root) for root in roots]
         plain = [r for r in radicands if r.factors and r.sign == 1]
-        split = not _are_independent({r.product: r.factors for r in plain})
+        # No product of them is a square where powers modulo 2 are linearly independent.
+        each = {r.product: r.factors for r in plain}.values()
+        odd = [{x for x, power in factors.items() if power % 2} for factors in each]
+        every = set().union(*odd)
+        bits = [int(x in own) for own in odd for x in every]
+        split = flint.nmod_mat(len(odd), len(every), bits, 2).rank() < len(odd)
         for r in radicands:
             if split and r in plain:
                 self.values[r.root] = self._split(r)
@@ -429,19 +435,3 @@ def factors_of(polynomial: Any, written: Callable[[Any], Any]) -> dict[Any, int]
         for prime, power in sp.factorint(int(number), limit=_LARGEST_PRIME).items():
             powers[sp.Integer(prime)] = sign * power
     return powers
-
-
-def _are_independent(radicands: dict[Any, dict[Any, int]]) -> bool:
-    """Whether no product of them is a square: their powers modulo 2 are linearly independent."""
-    echelon: dict[Any, set[Any]] = {}
-    for factors in radicands.values():
-        odd = {factor for factor, power in factors.items() if power % 2}
-        while odd:
-            pivot = min(odd, key=str)
-            if pivot not in echelon:
-                echelon[pivot] = odd
-                break
-            odd = odd ^ echelon[pivot]
-        if not odd:
-            return False
-    return True

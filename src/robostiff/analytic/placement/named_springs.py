@@ -6,7 +6,6 @@ Each has its value in the nomenclature.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass
 from itertools import count
 from typing import Any
 
@@ -69,7 +68,7 @@ class NamedSprings:
     """
 
     def __init__(self, robot: Robot, taken: Iterable[str]) -> None:
-        self._robot, self._taken, self._parts = robot, {*taken}, [*_parts_of(robot)]
+        self._taken, self._parts = {*taken}, [*_parts_of(robot)]
         self._beams: dict[SlenderBeam, _Stiffnesses] = {}
         self._drives: dict[tuple[Any, str], Any] = {}
         self._moduli: dict[tuple[str, _Material], Any] = {}
@@ -87,8 +86,11 @@ class NamedSprings:
                     self._drives[drive] = self._define(k, exact_number(stiffness), unit)
                 self._of_part(self._drives[drive], part.leg + part.name)
 
-    def put_into(self, read: Callable[[Any], Any]) -> Robot:
-        """The robot with names in place of its springs; compliances are those of what is read."""
+    def parts(self, read: Callable[[Any], Any]) -> dict[int, Any]:
+        """Parts with names in place of springs, by the ids of those of the robot.
+
+        Compliances are those of what is read.
+        """
         changed: dict[int, Any] = {}
         for part in self._parts if self._definitions else ():
             new: dict[str, Any] = {}
@@ -111,8 +113,9 @@ class NamedSprings:
                 new["beams"] = tuple(beams)
             if part.drive is not None:
                 new["role"] = replace(part.own.role, stiffness=self._drives[part.drive])
-            changed[id(part.own)] = replace(part.own, **new) if new else part.own
-        return _replaced(self._robot, changed) if changed else self._robot
+            if new:
+                changed[id(part.own)] = replace(part.own, **new)
+        return changed
 
     @property
     def definitions(self) -> tuple[Definition, ...]:
@@ -257,18 +260,3 @@ def _parts_of_chain(chain: Chain, prefix: str, leg: str) -> Iterator[_Part]:
     for coupling in chain.couplings:
         of_first = freedoms.get(coupling.terms[0][0], ())
         yield _Part(coupling, prefix + coupling.name, leg, of_first)
-
-
-def _replaced(part: Any, new: dict[int, Any]) -> Any:
-    """A model with other parts, by the ids of the old ones; one object in two places stays one."""
-    if id(part) not in new:
-        if isinstance(part, tuple):
-            found: Any = tuple(_replaced(x, new) for x in part)
-            return part if all(a is b for a, b in zip(part, found, strict=True)) else found
-        if not is_dataclass(part) or isinstance(part, type):
-            return part
-        values = {f.name: getattr(part, f.name) for f in fields(part) if f.init}
-        found = {name: _replaced(x, new) for name, x in values.items()}
-        found = {name: x for name, x in found.items() if x is not values[name]}
-        new[id(part)] = replace(part, **found) if found else part
-    return new[id(part)]

@@ -148,8 +148,8 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     record = Record(with_samples(springs, samples, symbols))
     read = entry_reader(record, exact=True)
     exact = cache(exact_number)  # most numbers are 0 or 1
-    named = robot if names is None else names.put_into(read)
-    entries = with_entries(named, lambda x: x if isinstance(x, Entry) else read(exact(x)))
+    named = {} if names is None else names.parts(read)
+    entries = with_entries(robot, lambda x: x if isinstance(x, Entry) else read(exact(x)), named)
     coordinates = None
     if given is not None:
         coordinates = {name: _as_step(read(value), record) for name, value in given.items()}
