@@ -127,10 +127,10 @@ class PolynomialWriter:
 
     def expressions(self, polynomials: Sequence[Any]) -> list[Any]:
         """Several of them as canonical sums of products; their factors are ranked together."""
-        # Factors of the terms as text, ["-2", "g0", "g1^3"].
-        each = (str(x).replace(" - ", " + -").replace("-g", "-1*g") for x in polynomials)
-        texts = [[term.split("*") for term in text.split(" + ")] for text in each]
-        factors = {factor for terms in texts for term in terms for factor in term}
+        # Factors of the terms as text, ["-2", "g0", "g1^3"]; equal polynomials are written once.
+        each = [str(x).replace(" - ", " + -").replace("-g", "-1*g") for x in polynomials]
+        texts = {x: [term.split("*") for term in x.split(" + ")] for x in dict.fromkeys(each)}
+        factors = {factor for terms in texts.values() for term in terms for factor in term}
         ordered, ranks = self._ranked
         missing = factors - ranks.keys()
         if missing:
@@ -148,7 +148,8 @@ class PolynomialWriter:
 
             names = sorted(written, key=lambda factor: _IN_ORDER(written[factor]))
             self._ranked = [written[x] for x in names], {x: rank for rank, x in enumerate(names)}
-        return list(map(self._sum, texts))
+        sums = {text: self._sum(terms) for text, terms in texts.items()}
+        return [sums[text] for text in each]
 
     def _sum(self, terms: list[list[str]]) -> Any:
         ordered, ranks = self._ranked

@@ -199,24 +199,15 @@ class ExactMatrix:
 
     def expressions(self) -> sp.ImmutableMatrix:
         """The matrix in SymPy, every entry a canonical fraction."""
-        n, given = len(self.entries), dict[tuple[int, int], Element]()
-        for i, j in combinations_with_replacement(range(n), 2):
-            if not self.entries[i][j].is_zero():
-                given[i, j] = self.field.fraction(self.entries[i][j], self.denominator)
-        # Most entries have the same denominator: it is written once.
-        dens: list[Any] = []
-        places = []
-        for fraction in given.values():
-            if not dens or fraction.den != dens[-1]:
-                dens.append(fraction.den)
-            places.append(len(dens) - 1)
-        written = self.field.polynomial_expressions([*dens, *(f.num for f in given.values())])
-        inverses = [*map(power_of, written[: len(dens)])]
-        upper: dict[tuple[int, int], Any] = {
-            place: above * inverses[below]
-            for place, above, below in zip(given, written[len(dens) :], places, strict=True)
+        n, field = len(self.entries), self.field
+        given = {
+            (i, j): field.fraction(self.entries[i][j], self.denominator)
+            for i, j in combinations_with_replacement(range(n), 2)
         }
-        rows = _symmetric(n, upper, sp.S.Zero)
+        above = field.polynomial_expressions([x.num for x in given.values()])
+        below = field.polynomial_expressions([x.den for x in given.values()])
+        written = (a * power_of(b) for a, b in zip(above, below, strict=True))
+        rows = _symmetric(n, dict(zip(given, written, strict=True)), sp.S.Zero)
         return sp.ImmutableMatrix(n, n, [entry for row in rows for entry in row])
 
 
