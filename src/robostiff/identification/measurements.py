@@ -237,14 +237,16 @@ class Measurements:
                 raise InputError(
                     f"reference of {self.place(int(k))}", got="left out", expected="kept with it"
                 )
-        q = self.coordinates[rows]
+        q, kinds = self.coordinates[rows], [self.kinds[k] for k in rows]
+        width = 6 if Reading.POSE in kinds else 3
+        arrays = {name: getattr(self, name)[rows] for name in _ARRAYS}
         return replace(
             self,
             postures=JointCoordinates(q) if isinstance(self.postures, JointCoordinates) else q,
             references=[place.get(self.references[k], -1) for k in rows],
             lines=tuple(self.lines[k] for k in rows) if self.lines else (),
             **{name: [getattr(self, name)[k] for k in rows] for name in _EACH},
-            **{name: getattr(self, name)[rows] for name in _ARRAYS},
+            **arrays | {name: arrays[name][:, :width] for name in ("values", "sigma")},
         )
 
     def with_loads_moved(self, k: int, sign: float) -> Measurements:
