@@ -229,8 +229,11 @@ class Measurements:
 
     def chosen(self, rows: Sequence[int] | np.ndarray) -> Measurements:
         """Some of the readings; loads of references come along."""
-        rows = np.asarray(rows)
-        rows = np.flatnonzero(rows) if rows.dtype == bool else rows
+        rows, count = np.asarray(rows), len(self)
+        if rows.dtype == bool and rows.shape == (count,):
+            rows = np.flatnonzero(rows)
+        if rows.dtype.kind not in "iu" or not rows.size or rows.min() < 0 or rows.max() >= count:
+            raise InputError("readings", got=rows, expected=f"some of the numbers 0 to {count - 1}")
         place = {int(k): i for i, k in enumerate(rows)}
         for k in rows:
             if self.references[k] >= 0 and self.references[k] not in place:

@@ -154,6 +154,12 @@ def stiffness_map(
         import xarray  # noqa: F401
     reductions = (reduce,) if isinstance(reduce, Reduction) else tuple(reduce)
     path = None if store is None else Path(store).absolute()
+    ending = ".npz" if reductions else ".zarr"
+    if path is not None and path.suffix not in ("", ending):
+        what = "reductions" if reductions else "a map"
+        raise InputError(
+            f"store of {what}", got=path.name, expected=f"a name that ends in {ending}"
+        )
     job = checked_job(
         robot,
         poses,
