@@ -48,10 +48,6 @@ class Uniform:
 
     half_width: float | str
 
-    def deviation_of(self, robot: Robot, name: str) -> float:
-        """Standard deviation of a symbol of a robot [SI]."""
-        return _size(self.half_width, robot, name) / 3**0.5
-
 
 @frozen
 class Normal:
@@ -65,14 +61,12 @@ class Normal:
 
     deviation: float | str
 
-    def deviation_of(self, robot: Robot, name: str) -> float:
-        """Standard deviation of a symbol of a robot [SI]."""
-        return _size(self.deviation, robot, name)
 
-
-def _size(given: float | str, robot: Robot, name: str) -> float:
-    """A spread in SI units; a text measures what the parameter of a model file does."""
+def _deviation(spread: Uniform | Normal, robot: Robot, name: str) -> float:
+    """Standard deviation of a parameter [SI]; a text measures what that of a model file does."""
     subject, nominal = f"spread of {name!r}", float(robot.nominal[name])
+    is_uniform = isinstance(spread, Uniform)
+    given = spread.half_width if is_uniform else spread.deviation
     if isinstance(given, str):
         meaning = robot.meanings.get(name, "0").removesuffix(" in the model")
         nominals = {"spread": meaning.rpartition(", ")[2]}  # such as 0.35 m
@@ -81,14 +75,13 @@ def _size(given: float | str, robot: Robot, name: str) -> float:
         except InputError as error:
             raise InputError(subject, got=given, expected=error.expected, hint=error.hint) from None
     elif nominal == 0.0:
-        raise InputError(
-            subject, got=given, expected="a text with a unit, as its nominal value is zero"
-        )
+        expected = "a text with a unit, as its nominal value is zero"
+        raise InputError(subject, got=given, expected=expected)
     else:
         size = abs(nominal) * float(given)
     if not (np.isfinite(size) and size > 0):
         raise InputError(subject, got=given, expected="more than zero")
-    return size
+    return size / 3**0.5 if is_uniform else size
 
 
 class Estimate(Protocol):
@@ -352,7 +345,7 @@ class _DrawnRobots:
                     )
                 of |= dict.fromkeys(parameters_like(robot, pattern), spread)
             values = {name: float(robot.nominal[name]) for name in of}
-            deviations = [spread.deviation_of(robot, name) for name, spread in of.items()]
+            deviations = [_deviation(spread, robot, name) for name, spread in of.items()]
             covariance = np.diag(np.square(deviations))
         elif hasattr(spreads, "estimate"):
             robot, values, covariance = spreads.estimate

@@ -410,15 +410,9 @@ def _near(robot: Mapped, near: Near, method: MapMethod | None) -> tuple[float, .
     if q is None:
         return ()
     if robot.is_posed_by_joints:
-        raise InputError(
-            f"near of {robot.name!r}",
-            got=near,
-            expected="none: joint coordinates pose this arm, and determine its posture",
-        )
+        expected = "none: joint coordinates pose this arm, and determine its posture"
+        raise InputError(f"near of {robot.name!r}", got=near, expected=expected)
     if not isinstance(method, Batched | None):
-        raise InputError(
-            "method of a map near joint coordinates",
-            got=method,
-            expected="Batched(), or none: kernels have the posture of home",
-        )
+        expected = "Batched(), or none: kernels have the posture of home"
+        raise InputError("method of a map near joint coordinates", got=method, expected=expected)
     return tuple(float(x) for x in np.concatenate(q))
