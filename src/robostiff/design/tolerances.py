@@ -264,8 +264,10 @@ def tolerances(
     """
     from scipy.stats import qmc
 
-    if samples < 1:
-        raise InputError("samples of tolerances", got=samples, expected="a whole number from 1 on")
+    for name, value, least in (("samples", samples, 1), ("seed", seed, 0)):
+        if value < least:
+            expected = f"a whole number from {least} on"
+            raise InputError(f"{name} of tolerances", got=value, expected=expected)
     drawn = _DrawnRobots.of(robot, spreads, outputs, poses, threads)
     at_nominal = NumbersOfDesigns.of(drawn.robot, outputs, drawn.names, poses)
     numbers, rates, _ = at_nominal.at(drawn.nominal)
