@@ -177,6 +177,7 @@ def test_reductions_are_printed_and_can_go_on():
     extremes = found["translational_stiffness_extreme"]
     assert extremes["labels"][0] == ["least", "greatest"]
     assert extremes["units"] == "N/m"
+    assert found["translational_stiffness_at"]["units"] == "m, rad"
     assert extremes["values"][0] == whole.translational_stiffness.min("pose").values.tolist()
     assert sum(row[0] for row in found["rotational_stiffness_count"]["values"]) == 2000
     again = run(*REDUCED, "-o", "map.npz", "--resume")

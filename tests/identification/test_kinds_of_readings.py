@@ -93,6 +93,27 @@ def test_poses_with_unknown_frames(nominal, truth):
     assert again.std["arm/joint2"] < found.std["arm/joint2"]
 
 
+def test_postures_whose_points_alone_were_read(nominal, truth):
+    """Some of the readings of poses and points are points: other postures, and parts of folds."""
+    poses, _ = truth
+    kinds = [rs.Reading.POSE] * 6 + [rs.Reading.POINT] * 6
+    measured = rs.Measurements(
+        rs.JointCoordinates(postures()), poses, wrenches=loads(), kinds=kinds,
+        markers="target", sigma=np.full((12, 6), 1e-6),
+    )  # fmt: skip
+    points = measured.chosen(range(6, 12))
+    assert points.values.shape == points.sigma.shape == (6, 3)
+    frames = rs.KnownFrames({"target": [0, 0, 0]}, turns={"target": [0, 0, 0]})
+    found = rs.identify(nominal, measured, ASKED, frames=frames)
+    assert_true(found)
+    assert found.predict(points)[0] == pytest.approx(poses[6:, :3], abs=1e-9)
+    unseen = found.cross_validated(4).errors
+    assert np.isnan(unseen).sum() == 18
+    assert np.nanmax(np.abs(unseen)) < 1e-8
+    with pytest.raises(rs.InputError, match=r"folds: got 2\.5, expected 2 to 4"):
+        found.cross_validated(2.5)  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("kind", [rs.Reading.TORQUE, rs.Reading.JOINT])
 def test_drives_alone_need_no_frames(nominal, truth, kind):
     _, joints = truth

@@ -31,6 +31,9 @@ def test_vertical_loads_do_not_strain_an_upright_axis():
     assert found.values["arm/joint1"] == pytest.approx(2.5e-6)
     assert rs.FitStatus.NOT_IDENTIFIED in found.status
     assert found.status.is_bad
+    for name in ("arm/joint1", "arm/joint1.zero"):  # none of its own, and no compliance
+        with pytest.raises(rs.InputError, match="expected a compliance that was found: arm/joint2"):
+            found.stiffness_interval(name)
 
 
 def test_zeros_of_the_ends_are_frames():

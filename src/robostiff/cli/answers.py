@@ -112,11 +112,8 @@ class PrintDeflection(Command, name="deflection"):
         robot, loads = written.loaded(self.model, self.place), self.loads
         on_bodies = loads.gravity is not None or loads.weights or loads.forces
         if loads.wrench is None and not on_bodies:
-            raise InputError(
-                "load of a deflection",
-                got="none",
-                expected='--wrench, such as "0 0 -500 N 0 0 0", --gravity=-z, --load or --weight',
-            )
+            expected = '--wrench, such as "0 0 -500 N 0 0 0", --gravity=-z, --load or --weight'
+            raise InputError("load of a deflection", got="none", expected=expected)
         options = written.where(robot, self.place)
         options["wrench"] = written.wrench(loads.wrench, robot.space)
         if on_bodies or (getattr(robot, "legs", ()) and robot.springs):

@@ -69,6 +69,10 @@ class Exact:
 
     steps: int = 8
 
+    def __post_init__(self) -> None:
+        if self.steps < 1:
+            raise InputError("steps of Exact", got=self.steps, expected="a whole number from 1 on")
+
 
 @frozen
 class Compensation(StatusOfPoses, InNotebooks):

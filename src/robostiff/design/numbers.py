@@ -173,11 +173,8 @@ def value_and_gradient(
     def found(values: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         given = np.asarray(values, dtype=float)
         if given.shape != (len(by),):
-            raise InputError(
-                "values of parameters",
-                got=f"shape {given.shape}",
-                expected=f"{len(by)} numbers: {', '.join(by)}",
-            )
+            expected = f"{len(by)} numbers: {', '.join(by)}"
+            raise InputError("values of parameters", got=f"shape {given.shape}", expected=expected)
         value, rates, _ = numbers.at(given)
         return value[0], rates[0]
 

@@ -82,6 +82,11 @@ class PNorm:
 
     p: float = 8.0
 
+    def __post_init__(self) -> None:
+        if not 1.0 <= self.p < np.inf:
+            expected = "a number from 1 on; write Worst() for the largest"
+            raise InputError("p of PNorm", got=self.p, expected=expected)
+
 
 class Ending(Enum):
     """How the search for an optimum ended."""

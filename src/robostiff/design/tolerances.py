@@ -19,7 +19,7 @@ from robostiff.design.numbers import (
 )
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.frozen import frozen
-from robostiff.io.expression import parse
+from robostiff.io.expression import parameter_values
 from robostiff.kinematics import JointCoordinates
 from robostiff.markup import InNotebooks, number, percent
 from robostiff.model import Robot
@@ -48,10 +48,6 @@ class Uniform:
 
     half_width: float | str
 
-    def deviation_of(self, nominal: float, name: str) -> float:
-        """Standard deviation."""
-        return _size(self.half_width, nominal, name) / 3**0.5
-
 
 @frozen
 class Normal:
@@ -65,26 +61,27 @@ class Normal:
 
     deviation: float | str
 
-    def deviation_of(self, nominal: float, name: str) -> float:
-        """Standard deviation."""
-        return _size(self.deviation, nominal, name)
 
-
-def _size(given: float | str, nominal: float, name: str) -> float:
-    """A spread in SI units."""
-    subject = f"spread of {name!r}"
+def _deviation(spread: Uniform | Normal, robot: Robot, name: str) -> float:
+    """Standard deviation of a parameter [SI]; a text measures what that of a model file does."""
+    subject, nominal = f"spread of {name!r}", float(robot.nominal[name])
+    is_uniform = isinstance(spread, Uniform)
+    given = spread.half_width if is_uniform else spread.deviation
     if isinstance(given, str):
-        quantity = parse(given).evaluate({})
-        size = float(getattr(quantity, "to_root_units", lambda: quantity)().magnitude)
+        meaning = robot.meanings.get(name, "0").removesuffix(" in the model")
+        nominals = {"spread": meaning.rpartition(", ")[2]}  # such as 0.35 m
+        try:
+            size = float(parameter_values(nominals, {"spread": given})["spread"].magnitude)
+        except InputError as error:
+            raise InputError(subject, got=given, expected=error.expected, hint=error.hint) from None
     elif nominal == 0.0:
-        raise InputError(
-            subject, got=given, expected="a text with a unit, as its nominal value is zero"
-        )
+        expected = "a text with a unit, as its nominal value is zero"
+        raise InputError(subject, got=given, expected=expected)
     else:
         size = abs(nominal) * float(given)
     if not (np.isfinite(size) and size > 0):
         raise InputError(subject, got=given, expected="more than zero")
-    return size
+    return size / 3**0.5 if is_uniform else size
 
 
 class Estimate(Protocol):
@@ -134,18 +131,19 @@ class Tolerances(InNotebooks):
 
         Raises InputError when there is no such output, or q is not between 0 and 1.
         """
-        self._check(name)
-        if not 0 <= q <= 1:
+        values = self._of(name)
+        if np.ndim(q) or not 0 <= q <= 1:
             raise InputError("quantile", got=q, expected="a number from 0 to 1")
-        values = self.samples[name]
         parts = np.array_split(values, _SEQUENCES)
         of_parts = np.array([np.nanquantile(part, q, axis=0) for part in parts])
         error = np.std(of_parts, axis=0, ddof=1) / _SEQUENCES**0.5
         return np.nanquantile(values, q, axis=0), error
 
-    def _check(self, name: str) -> None:
+    def _of(self, name: str) -> np.ndarray:
+        """Values (samples, N) of an output."""
         if name not in self.samples:
             raise InputError("output", got=name, expected=", ".join(self.samples))
+        return self.samples[name]
 
     def histogram(self, name: str, bins: int = 50, pose: int = 0) -> tuple[np.ndarray, np.ndarray]:
         """Numbers of robots (bins,) between values (bins + 1,) of an output at a pose.
@@ -173,19 +171,18 @@ class Tolerances(InNotebooks):
 
     def _at(self, name: str, pose: int) -> np.ndarray:
         """Values (samples,) of an output at a pose."""
-        self._check(name)
-        count = self.samples[name].shape[1]
-        if not (isinstance(pose, int) and 0 <= pose < count):
-            raise InputError("pose", got=pose, expected=f"0 to {count - 1}")
-        return self.samples[name][:, pose]
+        values = self._of(name)
+        if not (isinstance(pose, int) and 0 <= pose < values.shape[1]):
+            raise InputError("pose", got=pose, expected=f"0 to {values.shape[1] - 1}")
+        return values[:, pose]
 
     def mean(self, name: str) -> np.ndarray:
         """Mean (N,) of an output at each pose."""
-        return np.nanmean(self.samples[name], axis=0)
+        return np.nanmean(self._of(name), axis=0)
 
     def deviation(self, name: str) -> np.ndarray:
         """Standard deviation (N,) of an output at each pose."""
-        return np.nanstd(self.samples[name], axis=0, ddof=1)
+        return np.nanstd(self._of(name), axis=0, ddof=1)
 
     def first_order(self, name: str) -> np.ndarray:
         """Standard deviation (N,) to first order in the spreads."""
@@ -196,6 +193,7 @@ class Tolerances(InNotebooks):
 
         Of parameters whose errors go together with its covariance: some may be below zero.
         """
+        self._at(name, pose)  # raises where there is no such output or pose
         parts = self._parts(name)[pose]
         each = zip(self.deviations, (parts / np.sum(parts)).tolist(), strict=True)
         return dict(sorted(each, key=lambda pair: -pair[1]))
@@ -235,7 +233,8 @@ def tolerances(
     robot : Robot
         With symbols for the parameters.
     spreads : mapping of str to Uniform or Normal, or Identified
-        By name, or by a pattern for several: ``{"k*": rs.Uniform(0.2), "R": rs.Normal("0.2 mm")}``.
+        By name, or by a pattern for several: ``{"k*": rs.Uniform(0.2), "R": rs.Normal("0.2 mm")}``;
+        the last that fits a name holds.
     outputs : sequence of Output
         Of one number a pose.
     poses : (N, n) array or JointCoordinates, optional
@@ -265,8 +264,10 @@ def tolerances(
     """
     from scipy.stats import qmc
 
-    if samples < 1:
-        raise InputError("samples of tolerances", got=samples, expected="a whole number from 1 on")
+    for name, value, least in (("samples", samples, 1), ("seed", seed, 0)):
+        if value < least:
+            expected = f"a whole number from {least} on"
+            raise InputError(f"{name} of tolerances", got=value, expected=expected)
     drawn = _DrawnRobots.of(robot, spreads, outputs, poses, threads)
     at_nominal = NumbersOfDesigns.of(drawn.robot, outputs, drawn.names, poses)
     numbers, rates, _ = at_nominal.at(drawn.nominal)
@@ -346,7 +347,7 @@ class _DrawnRobots:
                     )
                 of |= dict.fromkeys(parameters_like(robot, pattern), spread)
             values = {name: float(robot.nominal[name]) for name in of}
-            deviations = [numbers.deviation_of(values[name], name) for name, numbers in of.items()]
+            deviations = [_deviation(spread, robot, name) for name, spread in of.items()]
             covariance = np.diag(np.square(deviations))
         elif hasattr(spreads, "estimate"):
             robot, values, covariance = spreads.estimate

@@ -138,11 +138,8 @@ def _checked_symmetric(matrix: Any, kind: MatrixKind) -> Matrix:
         got = matrix.tolist() if isinstance(matrix, np.ndarray) else matrix
         raise InputError(kind.name, got=got, expected="6x6 numbers") from error
     if array.shape != (6, 6):
-        raise InputError(
-            f"shape of the {kind.name}",
-            got=array.shape,
-            expected=f"(6, 6), rows ({', '.join(kind.rows)}), columns ({', '.join(kind.columns)})",
-        )
+        expected = f"(6, 6), rows ({', '.join(kind.rows)}), columns ({', '.join(kind.columns)})"
+        raise InputError(f"shape of the {kind.name}", got=array.shape, expected=expected)
     if not np.isfinite(array).all():
         i, j = (int(k) for k in np.argwhere(~np.isfinite(array))[0])
         raise InputError(

@@ -128,15 +128,17 @@ def random_postures(robot: Robot, count: int, seed: int = 0) -> JointCoordinates
         places = robot.coordinate_places
         width = np.where(np.array(places) < 3, 0.1 * finder.length, 0.15)
         low, high = finder.home_pose[places] - width, finder.home_pose[places] + width
-    _check_count(count)
+    _check_whole(count=count, seed=seed)
     u = qmc.Halton(len(low), rng=np.random.default_rng(seed)).random(count)
     q = low + u * (high - low)
     return JointCoordinates(q) if robot.is_posed_by_joints else q
 
 
-def _check_count(count: int) -> None:
-    if count < 1:
-        raise InputError("count of postures", got=count, expected="a whole number from 1 on")
+def _check_whole(**numbers: int) -> None:
+    for name, value in numbers.items():
+        if value < (least := 0 if name == "seed" else 1):
+            expected = f"a whole number from {least} on"
+            raise InputError(f"{name} of postures", got=value, expected=expected)
 
 
 def choose_poses(
@@ -214,7 +216,7 @@ def choose_poses(
     q = np.atleast_2d(as_floats("candidates", q, "postures (N, n)"))
     names, each = tuple(markers), "three numbers each [m]"
     places = as_floats("markers", [*markers.values()], each, None, (len(names), 3))
-    _check_count(count)
+    _check_whole(count=count, starts=starts, seed=seed)
     kind = JointCoordinates if isinstance(candidates, JointCoordinates) else np.asarray
     reached = find_posture(robot.numeric, kind(q))
     rows = np.flatnonzero(reached.reached & reached.within_limits)
@@ -312,8 +314,11 @@ def _wanted(
     q = getattr(criterion.postures, "values", criterion.postures)
     q = np.atleast_2d(as_floats("test poses", q, "postures (N, n)"))
     by_joints = isinstance(criterion.postures, JointCoordinates)
-    wrenches = np.zeros((len(q), 6))
-    wrenches[:, list(robot.space.rows)] = as_floats("wrenches", criterion.wrenches, "[N, N m]")
+    rows, expected = list(robot.space.rows), "one, or one for each of the test poses [N, N m]"
+    W, wrenches = as_floats("wrenches", criterion.wrenches, expected), np.zeros((len(q), 6))
+    if W.shape not in {(len(rows),), (len(q), len(rows))}:
+        raise InputError("wrenches of test poses", got=f"shape {W.shape}", expected=expected)
+    wrenches[:, rows] = W
     postures = JointCoordinates(q) if by_joints else q
     readings = Measurements(postures, np.zeros((len(q), 3)), wrenches=wrenches)
     states = States.of(robot, readings, np.eye(3))

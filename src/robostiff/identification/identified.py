@@ -217,9 +217,14 @@ class Identified(InNotebooks):
 
     def stiffness_interval(self, name: str, level: float = 0.95) -> tuple[float, float, float]:
         """Stiffness of a compliance, and the image of its interval; infinite where it reaches 0."""
-        c = self.values[name]
-        low, high = self.interval(level).get(name, (c, c))
-        return 1 / c, 1 / high, (1 / low if low > 0 else np.inf)
+        intervals = self.interval(level)
+        parts = [p.name for p in self.model.parameters if p.kind is UnknownKind.COMPLIANCE]
+        if name not in parts or name not in intervals:
+            found = ", ".join(part for part in parts if part in intervals)
+            expected = f"a compliance that was found: {found or 'there is none'}"
+            raise InputError("stiffness interval", got=name, expected=expected)
+        low, high = intervals[name]
+        return 1 / self.values[name], 1 / high, (1 / low if low > 0 else np.inf)
 
     @cached_property
     def residuals(self) -> np.ndarray:
@@ -441,7 +446,7 @@ class Identified(InNotebooks):
         """
         posture = np.unique(self.measured.coordinates, axis=0, return_inverse=True)[1].ravel()
         count = int(posture.max()) + 1
-        if not 2 <= folds <= count:
+        if not isinstance(folds, int) or not 2 <= folds <= count:
             raise InputError("folds", got=folds, expected=f"2 to {count}, the number of postures")
         fold = np.random.default_rng(seed).permutation(count) % folds
         errors = np.full(self.measured.values.shape, np.nan)
@@ -452,7 +457,8 @@ class Identified(InNotebooks):
                 raise InputError("folds", got=folds, expected="less: a marker is in one part alone")
             model = self.fitted_to(rest)
             part = self.measured.chosen(out)
-            errors[out] = np.where(part.is_read, part.values - model.predict(part)[0], np.nan)
+            gaps = np.where(part.is_read, part.values - model.predict(part)[0], np.nan)
+            errors[out, : gaps.shape[1]] = gaps
         rows = ~self.measured.of_drives
         rms, of_fit = (
             float(np.sqrt(np.nanmean(gaps[rows][:, :3] ** 2))) for gaps in (errors, self.residuals)

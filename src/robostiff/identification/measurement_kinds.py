@@ -17,7 +17,7 @@ class Reading(Enum):
     ``ALONG``: this motion along a direction, as a dial gauge reads it.
     ``DISTANCE``: from a fixed point, as a ball bar or a wire reads it.
     ``TORQUE``: with which a drive pushes in the direction of its coordinate, from motor current.
-    ``JOINT``: the coordinate of a joint behind its gear.
+    ``JOINT``: the coordinate of a joint behind its gear, counted as the commanded one is.
     """
 
     POINT = "point"

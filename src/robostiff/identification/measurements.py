@@ -229,22 +229,27 @@ class Measurements:
 
     def chosen(self, rows: Sequence[int] | np.ndarray) -> Measurements:
         """Some of the readings; loads of references come along."""
-        rows = np.asarray(rows)
-        rows = np.flatnonzero(rows) if rows.dtype == bool else rows
+        rows, count = np.asarray(rows), len(self)
+        if rows.dtype == bool and rows.shape == (count,):
+            rows = np.flatnonzero(rows)
+        if rows.dtype.kind not in "iu" or not rows.size or rows.min() < 0 or rows.max() >= count:
+            raise InputError("readings", got=rows, expected=f"some of the numbers 0 to {count - 1}")
         place = {int(k): i for i, k in enumerate(rows)}
         for k in rows:
             if self.references[k] >= 0 and self.references[k] not in place:
                 raise InputError(
                     f"reference of {self.place(int(k))}", got="left out", expected="kept with it"
                 )
-        q = self.coordinates[rows]
+        q, kinds = self.coordinates[rows], [self.kinds[k] for k in rows]
+        width = 6 if Reading.POSE in kinds else 3
+        arrays = {name: getattr(self, name)[rows] for name in _ARRAYS}
         return replace(
             self,
             postures=JointCoordinates(q) if isinstance(self.postures, JointCoordinates) else q,
             references=[place.get(self.references[k], -1) for k in rows],
             lines=tuple(self.lines[k] for k in rows) if self.lines else (),
             **{name: [getattr(self, name)[k] for k in rows] for name in _EACH},
-            **{name: getattr(self, name)[rows] for name in _ARRAYS},
+            **arrays | {name: arrays[name][:, :width] for name in ("values", "sigma")},
         )
 
     def with_loads_moved(self, k: int, sign: float) -> Measurements:

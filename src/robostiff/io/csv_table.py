@@ -113,15 +113,16 @@ def table_of(
             expected=f"a line of names, then a line a {what}",
         )
     header, rows = numbered[0], tuple(numbered[1:])
-    separator = next((mark for mark in "\t;," if mark in lines[header]), ",")
-    headings = lines[header].split(separator)
+    unquoted = re.sub('"[^"]*"', "", lines[header])
+    separator = next((mark for mark in "\t;," if mark in unquoted), ",")
+    headings = _fields(lines[header], separator)
     columns, places, passed = _columns_of(
         Location(name, header + first or None), headings, units, words, not_here, others
     )
     comma = others is not OtherColumns.REFUSED and separator == ";"
     values = array("d")
     for k in rows:
-        fields = lines[k].split(separator)
+        fields = _fields(lines[k], separator)
         if len(fields) != len(headings):
             raise FileError(
                 Location(name, k + first, 1),
@@ -147,7 +148,7 @@ def table_of(
         (at, label)
         for at, label, place in passed
         if others is OtherColumns.PASSED or re.search(r"[\[(]", headings[place])
-        if headings[place].strip() or any(lines[k].split(separator)[place].strip() for k in rows)
+        if headings[place].strip() or any(_fields(lines[k], separator)[place].strip() for k in rows)
     ]
     for at, label in unread[:_MOST_WARNINGS]:
         warn_of_slip(f"{at}: column {label[:60]!r} is not read")
@@ -156,7 +157,7 @@ def table_of(
     table = np.array(values).reshape(len(rows), len(columns))
     si = {column.name: column.factor * table[:, k] for k, column in enumerate(columns)}
     texts = {
-        label: tuple(_plain(lines[k].split(separator)[place]) for k in rows)
+        label: tuple(_plain(_fields(lines[k], separator)[place]) for k in rows)
         for label, place in places.items()
     }
     return CsvTable(lines, header, rows, separator, tuple(columns), si, texts)
@@ -231,6 +232,13 @@ def _factor(at: Location, name: str, unit: str, si_unit: str) -> float:
         return to_si(quantity, Dimension.of(si_unit), subject=f"unit of {name}", got=unit)
     except InputError as error:
         raise FileError.from_input_error(at, error) from None
+
+
+def _fields(line: str, separator: str) -> list[str]:
+    """Fields of a line; a separator between two quotes is a part of one."""
+    if not (quotes := line.count('"')) or quotes % 2:  # as of inches
+        return line.split(separator)
+    return re.split(f'{separator}(?=(?:[^"]*"[^"]*")*[^"]*$)', line)
 
 
 def _plain(field: str) -> str:

@@ -20,6 +20,7 @@ from robostiff.io.bounded_file import read_elsewhere
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.rigid_tree.build import drawn_links
 from robostiff.io.rigid_tree.tree import (
+    FARTHEST,
     JointType,
     Mimic,
     RigidTree,
@@ -139,10 +140,12 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
     axis = joint.numbers_at("axis", "xyz", (1.0, 0.0, 0.0), of)
     if kind in (JointType.REVOLUTE, JointType.PRISMATIC, JointType.PLANAR) and not np.any(axis):
         raise joint.error(f"axis of joint {name!r}", got=axis, expected="a direction, not zero")
-    low, high = (joint.numbers_at("limit", key, (0.0,), of).item() for key in ("lower", "upper"))
+    low, high = (joint.numbers_at("limit", x, (0.0,), of, 1e30).item() for x in ("lower", "upper"))
     if low > high and word != "continuous":
         warn_of_slip(f"{joint.location}: limits {of}, from {low:g} to {high:g}: not read")
-    limits = (low, high) if low < high and word != "continuous" else None
+    # some programs write such as 1e16 for none
+    are_limits = low < high and min(-low, high) <= FARTHEST and word != "continuous"
+    limits = (low, high) if are_limits else None
     follows = None
     if (mimic := joint.one("mimic")) is not None:
         factor = joint.numbers_at("mimic", "multiplier", (1.0,), of).item()

@@ -125,10 +125,7 @@ def _placed(bodies: dict[str, PlacedBody], end: BodyPoint, spring: str) -> tuple
     body = bodies.get(end.body)
     if body is None:
         near = get_close_matches(str(end.body), bodies, n=3) or list(bodies)[:4]
-        raise InputError(
-            f"body of spring {spring!r}",
-            got=end.body,
-            expected=f"base, platform or leg/part, such as {', '.join(map(repr, near))}",
-        )
+        expected = f"base, platform or leg/part, such as {', '.join(map(repr, near))}"
+        raise InputError(f"body of spring {spring!r}", got=end.body, expected=expected)
     p = body.p + np.einsum("...ij,j->...i", body.R, np.asarray(end.at, dtype=float))
     return body.name, p

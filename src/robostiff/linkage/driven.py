@@ -76,11 +76,8 @@ class DrivenLinkage:
             )
         for name in joints:
             if name not in known or list(joints).count(name) > 1:
-                raise InputError(
-                    f"driven joint of {linkage.name!r}",
-                    got=name,
-                    expected=f"each once of {', '.join(known)}",
-                )
+                expected = f"each once of {', '.join(known)}"
+                raise InputError(f"driven joint of {linkage.name!r}", got=name, expected=expected)
         if not home.is_closed:
             raise InputError(
                 f"home of {linkage.name!r}",

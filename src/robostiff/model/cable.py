@@ -84,11 +84,8 @@ class Cable:
         subject = f"greatest tension of cable {self.name!r}"
         refuse_quantities(subject, self.greatest_tension, "newtons")
         if not self.greatest_tension > self.least_tension:
-            raise InputError(
-                subject,
-                got=self.greatest_tension,
-                expected=f"more than the least, {self.least_tension:g} N",
-            )
+            expected = f"more than the least, {self.least_tension:g} N"
+            raise InputError(subject, got=self.greatest_tension, expected=expected)
 
 
 @frozen

@@ -46,7 +46,7 @@ def vector3(subject: str, value: Entries) -> np.ndarray:
     if type(value) is np.ndarray and value.dtype == float and value.shape == (3,):
         x, y, z = value.tolist()
         if abs(x) + abs(y) + abs(z) <= LARGEST:  # as of most beams of a large network
-            return value
+            return value.copy()
     formulas = formula_array(value)
     if formulas is not None:
         if formulas.shape != (3,) or not all(map(is_possible, formulas)):

@@ -327,11 +327,8 @@ class Symbolic:
         by_name = {str(name): value for name, value in values.items()}
         names = dict.fromkeys(map(str, self.symbols))
         for name in (x for x in by_name if x not in names):
-            raise InputError(
-                f"symbol of the robot {self.name!r}",
-                got=name,
-                expected=", ".join(names) or "none, as it has no symbols",
-            )
+            expected = ", ".join(names) or "none, as it has no symbols"
+            raise InputError(f"symbol of the robot {self.name!r}", got=name, expected=expected)
         symbols = [symbol for symbol in self.symbols if str(symbol) in by_name]
         chosen = {x: exact_number(by_name[str(x)]) for x in symbols}
         for symbol, value in chosen.items():

@@ -151,15 +151,6 @@ class Network(FrozenSubject):
                     node = element.b if own.after or mass.start is None else element.a
                     yield NodeForce(node, own.value * gravity, own.point)
 
-    def check_has_no_couplings(self, subject: str) -> None:
-        """Raise an InputError if joints are coupled, in a question that does not take them."""
-        if self.couplings:
-            raise InputError(
-                f"{subject} of {self.name!r}",
-                got=f"coupled joints: {', '.join(repr(own.name) for own in self.couplings)}",
-                expected="joints that move by themselves, in this question",
-            )
-
     @cached_property
     def free_nodes(self) -> tuple[str, ...]:
         """Names of the nodes that may move."""

@@ -30,11 +30,12 @@ def map_page(dataset: xarray.Dataset) -> Page:
     if guarded:
         rows.append(("recomputed by the batched form", percent(guarded / whole)))
     blocks: list[Block] = [Facts(tuple(rows))]
-    place = f": {poses} poses"
+    place = f": {poses} pose{'s' * (poses != 1)}"
     if "status" not in dataset:
         facts["reductions"] = {}
         for name, array in dataset.data_vars.items():
-            values, unit = array.to_numpy(), array.attrs.get("units", "1")
+            unit = "m, rad" if "coordinate" in array.dims else array.attrs.get("units", "1")
+            values = array.to_numpy()
             labels = [array[d].values.tolist() if d in array.coords else None for d in array.dims]
             facts["reductions"][str(name)] = {
                 "units": unit,

@@ -53,11 +53,8 @@ def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER
     'share of elastic energy [%]'
     """
     if not isinstance(deflection, Deflection):
-        raise InputError(
-            "deflection of a plot",
-            got=deflection,
-            expected="a result of rs.deflection(robot, pose, wrench)",
-        )
+        expected = "a result of rs.deflection(robot, pose, wrench)"
+        raise InputError("deflection of a plot", got=deflection, expected=expected)
     _ = deflection.twist  # raises with the reason when there is none
     if len(deflection.leg_wrenches) < 2:  # a bar for each part, the rest in one
         most = _BARS + (len(deflection.parts) == _BARS + 1)

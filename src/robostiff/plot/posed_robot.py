@@ -262,11 +262,8 @@ def equilibrium(
     '3-puu under load'
     """
     if not isinstance(result, Equilibrium) or result.batch_shape:
-        raise InputError(
-            "equilibrium of a plot",
-            got=result,
-            expected="a result of rs.equilibrium(robot, pose, wrench), one of a batch",
-        )
+        expected = "a result of rs.equilibrium(robot, pose, wrench), one of a batch"
+        raise InputError("equilibrium of a plot", got=result, expected=expected)
     _ = result.displacement  # raises with the reason when there is none
     posed, problem = result.posed, cast("FoundEquilibrium", result.found).problem
     tensions = np.array([spring.tension for spring in result.springs])

@@ -83,11 +83,8 @@ class TitleBlock:
     def __post_init__(self) -> None:
         for name, text in vars(self).items():
             if not isinstance(text, str) or len(text) > _LONGEST:
-                raise InputError(
-                    f"{name} of a report",
-                    got=text,
-                    expected=f"text of at most {_LONGEST} characters",
-                )
+                expected = f"text of at most {_LONGEST} characters"
+                raise InputError(f"{name} of a report", got=text, expected=expected)
 
     @property
     def lines(self) -> tuple[tuple[str, str], ...]:
@@ -259,11 +256,8 @@ def report_contents(
         base |= {"joints": joints, "given": joints_in_words(robot, place)}
         robot, place = network_of(part, closed), None
     if not isinstance(robot, Subject):
-        raise InputError(
-            "robot of a report",
-            got=type(robot).__name__,
-            expected="a Robot, Snapshot, Network, Linkage or CableRobot",
-        )
+        expected = "a Robot, Snapshot, Network, Linkage or CableRobot"
+        raise InputError("robot of a report", got=type(robot).__name__, expected=expected)
     if found is not None and (of := found.attrs.get("robot")) != robot.name:
         if of is not None:
             raise InputError("robot of the map", got=str(of), expected=repr(robot.name))

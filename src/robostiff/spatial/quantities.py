@@ -207,7 +207,7 @@ def as_floats(
     units: Units | None = None,
     shape: tuple[int, ...] | None = None,
 ) -> np.ndarray:
-    """Real finite numbers, or quantities in SI units, as an array of floats.
+    """Real finite numbers, or quantities in SI units, as an array of floats of its own.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ def as_floats(
         array = np.asarray(None)
     if array.dtype.kind not in "iuf" or np.any(mask):
         raise InputError(subject, got=value, expected=expected)
-    # NaN fails the comparisons as well. Most batches are right, and need no array of their own.
+    # NaN fails the comparisons as well.
     if array.size and not (array.max() <= LARGEST and array.min() >= -LARGEST):
         wrong = ~(np.abs(array.astype(float)) <= LARGEST)
         place = tuple(int(i) for i in np.argwhere(wrong)[0])
@@ -250,7 +250,7 @@ def as_floats(
         raise InputError(entry, got=array[place], expected="a finite number up to 1e30")
     if shape is not None and array.shape != shape:
         raise InputError(subject, got=value, expected=expected)
-    return array.astype(float, copy=False)
+    return np.array(array, dtype=float)  # its own: answers are worked out when they are asked for
 
 
 def as_float(subject: str, value: Any, expected: str, unit: str | None = None) -> float:

@@ -188,6 +188,11 @@ def test_limits_of_which_one_is_left_out_or_that_are_reversed(tmp_path):
     robot, said = _loaded(tmp_path, urdf.format('lower="1" upper="-2"'), HELD)
     assert robot.legs[0].chain.roles[0] == rs.Actuated(10)
     assert "limits of joint 'j', from 1 to -2: not read" in said[0]
+    robot, said = _loaded(tmp_path, urdf.format('lower="-1e16" upper="1e16"'), HELD)
+    assert robot.legs[0].chain.roles[0] == rs.Actuated(10)  # so some write that there are none
+    assert not said
+    robot, _ = _loaded(tmp_path, urdf.format('lower="-1e16" upper="2"'), HELD)
+    assert robot.legs[0].chain.roles[0] == rs.Actuated(10, limits=(-1e16, 2.0))
 
 
 def test_a_description_without_a_name_has_that_of_its_file(tmp_path):

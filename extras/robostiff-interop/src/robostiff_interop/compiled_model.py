@@ -222,6 +222,8 @@ def _parts_not_read(root: XmlElement) -> dict[str, list[tuple[str, Location]]]:
                 sprung = sprung or holds
             elif child.tag in _FLEXIBLE:
                 add("flexible bodies", child)
+            elif child.tag == "body" and child.attributes.get("gravcomp", "0").strip("0. "):
+                add("lifts of weights (gravcomp)", child)
             elif child.tag == "plugin" and element.tag in ("body", "composite", "actuator"):
                 add("plugins", child, "plugin")
             elif element.tag == "actuator" and "tendon" in child.attributes:
@@ -382,6 +384,9 @@ def read_model(model: Any) -> CompiledModel:
         ],
         "plugins": [str(i) for i in range(model.nplugin)],
         "flexible bodies": [str(i) for i in range(model.nflex)],
+        "lifts of weights (gravcomp)": [
+            model.body(i).name or str(i) for i in np.flatnonzero(model.body_gravcomp)
+        ],
     }
     warn_of_parts_not_read({kind: [(n, place) for n in names] for kind, names in moving.items()})
     return _from_data(data, place)

@@ -154,6 +154,12 @@ def stiffness_map(
         import xarray  # noqa: F401
     reductions = (reduce,) if isinstance(reduce, Reduction) else tuple(reduce)
     path = None if store is None else Path(store).absolute()
+    ending = ".npz" if reductions else ".zarr"
+    if path is not None and path.suffix not in ("", ending):
+        what = "reductions" if reductions else "a map"
+        raise InputError(
+            f"store of {what}", got=path.name, expected=f"a name that ends in {ending}"
+        )
     job = checked_job(
         robot,
         poses,
@@ -404,15 +410,9 @@ def _near(robot: Mapped, near: Near, method: MapMethod | None) -> tuple[float, .
     if q is None:
         return ()
     if robot.is_posed_by_joints:
-        raise InputError(
-            f"near of {robot.name!r}",
-            got=near,
-            expected="none: joint coordinates pose this arm, and determine its posture",
-        )
+        expected = "none: joint coordinates pose this arm, and determine its posture"
+        raise InputError(f"near of {robot.name!r}", got=near, expected=expected)
     if not isinstance(method, Batched | None):
-        raise InputError(
-            "method of a map near joint coordinates",
-            got=method,
-            expected="Batched(), or none: kernels have the posture of home",
-        )
+        expected = "Batched(), or none: kernels have the posture of home"
+        raise InputError("method of a map near joint coordinates", got=method, expected=expected)
     return tuple(float(x) for x in np.concatenate(q))

@@ -306,11 +306,8 @@ def check_reductions(reductions: Sequence[Reduction], job: MapJob) -> None:
     """Raise InputError where one is none, or its variable is no quantity of the map."""
     for reduction in reductions:
         if not isinstance(reduction, Reduction):
-            raise InputError(
-                "reduction of a map",
-                got=reduction,
-                expected="Extremes(), Quantiles(), Histogram(name, edges), ShareAbove(name, limit)",
-            )
+            expected = "Extremes(), Quantiles(), Histogram(name, edges), ShareAbove(name, limit)"
+            raise InputError("reduction of a map", got=reduction, expected=expected)
         reduction.variables(job)
     names = [(type(r), v.name) for r in reductions for v in r.variables(job)]
     twice = next((name for name in names if names.count(name) > 1), None)

@@ -52,11 +52,8 @@ def chosen_parameters(
         chosen = {name: str(shorter.get(name, name)) for name in names}
         for short in shorter.values():
             if not str(short).isidentifier() or [*chosen.values()].count(str(short)) > 1:
-                raise InputError(
-                    "name of a symbol",
-                    got=short,
-                    expected="letters, digits and underscores, not the name of another symbol",
-                )
+                expected = "letters, digits and underscores, not the name of another symbol"
+                raise InputError("name of a symbol", got=short, expected=expected)
         return chosen
     if isinstance(symbols, str) or not isinstance(symbols, Iterable):
         raise InputError(

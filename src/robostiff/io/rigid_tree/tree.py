@@ -30,6 +30,8 @@ from robostiff.spatial import Frame
 
 Numbers = Sequence[float] | np.ndarray
 
+FARTHEST = 1e9  # metres and radians; far beyond any robot
+
 
 @frozen
 class XmlLimits:
@@ -68,7 +70,9 @@ class XmlElement:
         """Its first child of that name."""
         return next(iter(self.all(tag)), None)
 
-    def numbers(self, what: str, text: str | None, otherwise: Numbers) -> np.ndarray:
+    def numbers(
+        self, what: str, text: str | None, otherwise: Numbers, most: float = FARTHEST
+    ) -> np.ndarray:
         """Numbers of a text in this element, as many as there are otherwise.
 
         Raises FileError where they are no finite numbers, or others in number.
@@ -80,17 +84,19 @@ class XmlElement:
         except ValueError:
             numbers = np.zeros(0)
         size = len(otherwise)
-        if numbers.shape != (size,) or not (np.abs(numbers) <= _LARGEST).all():
-            expected = f"{size} finite number{'s' * (size > 1)} up to {_LARGEST:g}"
+        if numbers.shape != (size,) or not (np.abs(numbers) <= most).all():
+            expected = f"{size} finite number{'s' * (size > 1)} up to {most:g}"
             raise self.error(what, got=text, expected=expected)
         return numbers
 
-    def numbers_at(self, tag: str, key: str, otherwise: Numbers, of: str) -> np.ndarray:
+    def numbers_at(
+        self, tag: str, key: str, otherwise: Numbers, of: str, most: float = FARTHEST
+    ) -> np.ndarray:
         """Numbers of an attribute of its first child of that name."""
         child = self.one(tag)
         if child is None:
             return np.array(otherwise, dtype=float)
-        return child.numbers(f"{key} in the {tag} {of}", child.attributes.get(key), otherwise)
+        return child.numbers(f"{key} in the {tag} {of}", child.attributes.get(key), otherwise, most)
 
     def frame_at(self, tag: str, of: str) -> Frame:
         """Frame of a child with xyz and rpy or quat_xyzw: a place, and turns about fixed axes."""
@@ -111,7 +117,6 @@ def frame_of(at: np.ndarray, turn: np.ndarray) -> Frame:
 
 
 _LIMITS = XmlLimits()
-_LARGEST = 1e9  # metres and radians; far beyond any robot
 _LONGEST_TEXT = 1000  # beyond which no number or name is read
 
 

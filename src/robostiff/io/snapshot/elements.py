@@ -174,11 +174,8 @@ class BeamData(FilePart):
         factors = {"shear_factor_y": self.shear_factor_y, "shear_factor_z": self.shear_factor_z}
         written = [key for key, factor in factors.items() if factor is not None]
         if len(written) == 1:
-            raise InputError(
-                "shear factors",
-                got=Words(f"{written[0]} alone"),
-                expected="shear_factor_y and shear_factor_z, or neither",
-            )
+            expected = "shear_factor_y and shear_factor_z, or neither"
+            raise InputError("shear factors", got=Words(f"{written[0]} alone"), expected=expected)
         return self
 
     def placed(self, name: str, place: DocumentPlace) -> PlacedSpring:

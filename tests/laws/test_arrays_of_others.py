@@ -1,0 +1,99 @@
+"""Answers are worked out when they are asked for: of what was given, not of what its array became.
+
+In a loop that fills one array again, all answers would otherwise be those of the last pose.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import robostiff as rs
+
+POSE = np.array([0.06, 0.02, 0.9, 0.0, 0.1, 0.0])
+LOAD = np.array([300.0, 100.0, -200.0, 1.0, 2.0, 3.0])
+PATH = POSE + np.arange(3)[:, None] * 0.001
+JOINTS = np.array([0.1, 0.2, 0.3, 0.1, 0.5, 0.2])
+POINT = np.array([1.0, 2.0, 3.0])
+
+_hexapod, _arm, _cables = rs.load("hexapod"), rs.load("six-joint-arm"), rs.load("cable-8")
+
+
+def _stiffness(pose: np.ndarray) -> Callable[[], tuple[Any, ...]]:
+    found = rs.stiffness(_hexapod, pose)
+    return lambda: (found.K, found.pose, found.reference_point)
+
+
+def _deflection(pose: np.ndarray, load: np.ndarray) -> Callable[[], tuple[Any, ...]]:
+    found = rs.deflection(_hexapod, pose, wrench=load)
+    return lambda: (found.wrench, found.twist, found.energy, found.leg_wrenches)
+
+
+def _equilibrium(pose: np.ndarray, load: np.ndarray) -> Callable[[], tuple[Any, ...]]:
+    found = rs.equilibrium(_hexapod, pose, load)
+    return lambda: (found.wrench, found.displacement, found.margin)
+
+
+def _of_a_kernel(pose: np.ndarray, load: np.ndarray) -> Callable[[], tuple[Any, ...]]:
+    found = rs.compile_loaded(rs.load("3-rpr")).evaluate(pose, load)
+    return lambda: (found.wrench, found.pose, found.margin)
+
+
+def _of_an_arm(joints: np.ndarray, load: np.ndarray) -> Callable[[], tuple[Any, ...]]:
+    found = rs.equilibrium(_arm, rs.JointCoordinates(joints), load)
+    return lambda: (found.wrench, found.displacement, rs.stiffness(_arm, found.pose).K)
+
+
+def _indices(pose: np.ndarray) -> Callable[[], tuple[Any, ...]]:
+    found = rs.indices(_hexapod, pose)
+    return lambda: (found.condition_number,)
+
+
+def _compensation(pose: np.ndarray, load: np.ndarray) -> Callable[[], tuple[Any, ...]]:
+    found = rs.compensate(_hexapod, pose, load)
+    return lambda: (found.target, found.commanded, found.residual)
+
+
+def _cable_response(pose: np.ndarray, load: np.ndarray) -> Callable[[], tuple[Any, ...]]:
+    found = rs.cable_response(_cables, pose, wrench=load)
+    return lambda: (found.load, found.before.pose)
+
+
+def _measurements(pose: np.ndarray, load: np.ndarray) -> Callable[[], tuple[Any, ...]]:
+    found = rs.Measurements(pose, np.ones((3, 3)), load, sigma=1e-6)
+    return lambda: (found.postures, found.wrenches)
+
+
+def _mass(point: np.ndarray) -> Callable[[], tuple[Any, ...]]:
+    found = rs.Mass(3.0, point)
+    return lambda: (found.centre,)
+
+
+@pytest.mark.parametrize(
+    ("ask", "given"),
+    [
+        (_stiffness, (POSE,)),
+        (_stiffness, (PATH,)),
+        (_deflection, (POSE, LOAD)),
+        (_deflection, (PATH, LOAD)),
+        (_equilibrium, (POSE, LOAD)),
+        (_equilibrium, (PATH, LOAD)),
+        (_of_a_kernel, (np.array([[0.45, 0.35, 0.0], [0.46, 0.36, 0.1]]), LOAD[:3])),
+        (_of_an_arm, (JOINTS, LOAD)),
+        (_indices, (PATH,)),
+        (_compensation, (PATH, LOAD)),
+        (_cable_response, (np.zeros(6), 0.01 * LOAD)),
+        (_measurements, (PATH, LOAD)),
+        (_mass, (POINT,)),
+    ],
+)
+def test_what_becomes_of_an_array_changes_no_answer(
+    ask: Callable[..., Callable[[], tuple[Any, ...]]], given: tuple[np.ndarray, ...]
+) -> None:
+    kept = [array.copy() for array in given]
+    found = ask(*kept)
+    for array in kept:
+        array[...] = 0.4
+    for own, right in zip(found(), ask(*given)(), strict=True):
+        assert np.allclose(own, right, rtol=1e-9, atol=1e-15)
