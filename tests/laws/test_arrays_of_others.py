@@ -97,3 +97,24 @@ def test_what_becomes_of_an_array_changes_no_answer(
         array[...] = 0.4
     for own, right in zip(found(), ask(*given)(), strict=True):
         assert np.allclose(own, right, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("to_table", ["pandas", "xarray"])
+def test_tables_with_names_in_another_order_are_refused(to_table: str):
+    """Numbers are read by their places: z y x would be taken for x y z."""
+
+    def table(values: np.ndarray, names: str) -> Any:
+        library = pytest.importorskip(to_table)
+        if to_table == "pandas":
+            return library.DataFrame([values], columns=names.split())
+        return library.DataArray([values], coords={"name": names.split()}, dims=("row", "name"))
+
+    usual, other = "x y z rx ry rz", "z y x rx ry rz"
+    K = rs.stiffness(_hexapod, table(POSE, usual)).K
+    np.testing.assert_array_equal(K, rs.stiffness(_hexapod, [POSE]).K)
+    np.testing.assert_array_equal(K, rs.stiffness(_hexapod, table(POSE, "a b c d e f")).K)
+    with pytest.raises(rs.InputError, match="'z y x rx ry rz', expected x y z rx ry rz"):
+        rs.stiffness(_hexapod, table(POSE, other))
+    for job in (rs.deflection, rs.equilibrium):
+        with pytest.raises(rs.InputError, match="order of wrench: got 'Fx Fy Fz Mz My Mx'"):
+            job(_hexapod, [POSE], table(LOAD, "Fx Fy Fz Mz My Mx"))

@@ -383,7 +383,7 @@ def given_wrenches(
     expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
     if wrench is None:
         raise InputError(subject, expected=expected, hint=hint)
-    F = as_floats(subject, wrench, expected, space.wrench_units)
+    F = as_floats(subject, wrench, expected, space.wrench_units, orders=(space.wrench_order,))
     if F.shape in {(space.size,), (*batch, space.size)}:
         return np.broadcast_to(F, (*batch, space.size))
     if F.ndim > 1 and batch:

@@ -220,7 +220,8 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     free = f"{len(names)} numbers ({' '.join(names)}) or " if 0 < len(names) < 6 else ""
     expected = f"{free}6 numbers (x y z rx ry rz) in the last axis"
     units = {6: Space.SPATIAL.twist_units, len(names): coordinate_units(robot)}
-    given = as_floats(f"pose of {robot.name!r}", pose, expected, units)
+    orders = names, [coordinate.value for coordinate in ALL_COORDINATES]
+    given = as_floats(f"pose of {robot.name!r}", pose, expected, units, orders=orders)
     fits = {len(names), 6} if names or not robot.is_posed_by_joints else {6}
     if given.ndim == 0 or given.shape[-1] not in fits:
         raise InputError(

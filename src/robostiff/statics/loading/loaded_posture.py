@@ -334,7 +334,7 @@ def wrenches_of(what: str, value: ArrayLike | None, space: Space) -> np.ndarray:
         else (space.twist_order, space.twist_units)
     )
     expected = f"{space.size} numbers: {' '.join(order)} [{', '.join(dict.fromkeys(units))}]"
-    array = as_floats(what, value, expected, units)
+    array = as_floats(what, value, expected, units, orders=(order,))
     if array.ndim == 0 or array.shape[-1] != space.size or array.ndim > 2:
         raise InputError(what, got=value, expected=f"{expected}, or a row for each answer")
     return array
