@@ -126,7 +126,12 @@ def opensees_script(network: Network, *, in_python: bool = False, stiff: float =
 
 def opensees_commands(network: Network, stiff: float = STIFF) -> list[OpenSeesCommand]:
     """Commands that build a network and load its platform, see `opensees_script`."""
-    network.check_has_no_couplings("OpenSees script")
+    if network.couplings:
+        raise InputError(
+            f"OpenSees script of {network.name!r}",
+            got=f"coupled joints: {', '.join(repr(own.name) for own in network.couplings)}",
+            expected="joints that move by themselves",
+        )
     equations = equations_of(network, DEFAULT_TOLERANCE)
     soft = [c.S[np.ix_(~c.rigid, ~c.rigid)] for c in equations.connections if not c.rigid.all()]
     stiffest = equations.stiffness / min((np.linalg.eigvalsh(S)[0] for S in soft), default=1.0)
