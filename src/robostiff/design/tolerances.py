@@ -68,8 +68,8 @@ def _deviation(spread: Uniform | Normal, robot: Robot, name: str) -> float:
     is_uniform = isinstance(spread, Uniform)
     given = spread.half_width if is_uniform else spread.deviation
     if isinstance(given, str):
-        meaning = robot.meanings.get(name, "0").removesuffix(" in the model")
-        nominals = {"spread": meaning.rpartition(", ")[2]}  # such as 0.35 m
+        meaning = robot.meanings.get(name, "").rpartition(" in the model")[0]
+        nominals = {"spread": meaning.rpartition(", ")[2] or "0"}  # such as 0.35 m
         try:
             size = float(parameter_values(nominals, {"spread": given})["spread"].magnitude)
         except InputError as error:
