@@ -68,12 +68,6 @@ OPERATORS: dict[Operation, Any] = {
     Operation.RECIPROCAL: lambda a: 1 / a,
 }
 
-# Those of which Python's floats give what NumPy's do, to the last bit, and raise nothing.
-_ON_FLOATS = {
-    operation: OPERATORS[operation]
-    for operation in (Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY, Operation.NEGATE)
-}
-
 #: Rough costs of the operations, in additions.
 COSTS = {
     **dict.fromkeys(Operation, 1),
@@ -191,8 +185,9 @@ class Record:
         if known is not None:
             return known
         arguments = [self._samples[i] for i in (a, b) if i is not None]
-        if operation in _ON_FLOATS:  # of a few numbers, quicker than NumPy's
-            return self._append(key, list(map(_ON_FLOATS[operation], *arguments)))
+        # On a few floats quicker than NumPy, to the same bits; 1 / 0 would raise.
+        if operation in OPERATORS and operation is not Operation.RECIPROCAL:
+            return self._append(key, list(map(OPERATORS[operation], *arguments)))
         with np.errstate(all="ignore"):
             value = NUMPY_FUNCTIONS[operation](*map(np.array, arguments))
         return self._append(key, value.astype(float).tolist())
