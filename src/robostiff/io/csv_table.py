@@ -238,7 +238,7 @@ def _fields(line: str, separator: str) -> list[str]:
     """Fields of a line; a separator between two quotes is a part of one."""
     if not (quotes := line.count('"')) or quotes % 2:  # as of inches
         return line.split(separator)
-    return re.split(f'{separator}(?=(?:[^"]*"[^"]*")*[^"]*$)', line)
+    return re.findall(f'(?:^|{separator})((?:[^{separator}"]|"[^"]*")*)', line)
 
 
 def _plain(field: str) -> str:
