@@ -48,7 +48,7 @@ from robostiff.kinematics.pose import (
 )
 from robostiff.kinematics.posture import Posture
 from robostiff.kinematics.turn import turn_about, turn_by_vector
-from robostiff.model import Actuated, PlacedPlatform, Robot, Snapshot
+from robostiff.model import PlacedPlatform, Robot, Snapshot
 from robostiff.spatial.batch import poses_side_by_side, product
 from robostiff.spatial.rotation import vector_of_rotation
 
@@ -59,7 +59,6 @@ FoundPoses: TypeAlias = tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarr
 
 # Where the legs may move the platform themselves, they do not stop at what counts as reached.
 _MET = 1e-12
-_MOVES = 1e-6  # radians and parts of the length: less is rounding
 _ROUNDING = 1e-13  # of a distance from the origin
 # Poses around home at which the coordinates that follow from the legs are compared with home.
 _TRIED, _AROUND, _SEED = 8, 1e-2, 3
@@ -286,14 +285,12 @@ class PostureFinder:
 
         So they can where home is singular, and the platform has more freedoms elsewhere.
         """
-        places, legs = self.robot.coordinate_places, self.robot.legs
+        places = self.robot.coordinate_places
         open_ = tuple(place for place in self.robot.space.rows if place not in places)
         if not (places and open_):
             return False
-        driven = [isinstance(role, Actuated) for leg in legs for role in leg.chain.roles]
-        moving = np.array(driven)[np.concatenate([leg.chain.free for leg in legs])]
-        _, motions = self._loops(open_).in_general(np.concatenate([self.home_pose, *self.homes]))
-        return bool(np.any(np.abs(motions[:, : moving.size][:, moving]) > _MOVES))
+        _, moving = self._loops(open_).in_general(np.concatenate([self.home_pose, *self.homes]))
+        return bool(np.any(moving[6:][np.concatenate([own.drives for own in self.solvers])]))
 
     @cached_property
     def legs_alike(self) -> list[tuple[tuple[int, ...], LegSolver]]:

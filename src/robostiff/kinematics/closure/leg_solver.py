@@ -311,7 +311,7 @@ class LegSolver:
             return np.zeros(len(pose), dtype=bool)
         if isinstance(form, Arm):
             found = form.meeting(q)[1]
-        elif form is None and self._drives.any():
+        elif form is None and self.drives.any():
             found = self._drives_move_alone(pose, q)
         else:
             return np.zeros(len(pose), dtype=bool)
@@ -331,12 +331,12 @@ class LegSolver:
             motion = V_T[k, np.count_nonzero(values[k] > _MOVES)]
             ahead[:, 6 + np.flatnonzero(self.chain.free)] += _STEP * motion
             found = closed_near(self._loops, ahead)
-            moved = np.abs(found.coordinates[0][0] - q[k])[self._drives]
+            moved = np.abs(found.coordinates[0][0] - q[k])[self.drives]
             open_[k] = found.closed[0] and moved.max() > 0.1 * _STEP
         return open_
 
     @cached_property
-    def _drives(self) -> np.ndarray:
+    def drives(self) -> np.ndarray:
         """Which coordinates are actuated (size,) bool."""
         driven = [isinstance(role, Actuated) for role in self.chain.roles]
         return self.chain.free & np.array(driven, dtype=bool)
@@ -344,13 +344,13 @@ class LegSolver:
     @property
     def has_redundant_drives(self) -> bool:
         """Whether drives can move in any posture while the end stands still, as of seven turns."""
-        return self.closed_form is None and bool(self._drives.any()) and self._in_general[1]
+        return self.closed_form is None and bool(self.drives.any()) and self._in_general[1]
 
     @cached_property
     def _in_general(self) -> tuple[int, bool]:
         """Rank of the rates of closure in general, and whether drives can move alone there."""
-        rank, motions = self._loops.in_general(np.concatenate([self.home_pose, self.home]))
-        return rank, bool(np.any(np.abs(motions[:, self._drives[self.chain.free]]) > _MOVES))
+        rank, moving = self._loops.in_general(np.concatenate([self.home_pose, self.home]))
+        return rank, bool(np.any(moving[6:][self.drives]))
 
     def that_holds_at(self, pose: np.ndarray, R: np.ndarray) -> LegSolver:
         """The same, or one that iterates where copies leave a loop open at one of the poses."""

@@ -142,17 +142,16 @@ class Loops:
         return self.gaps_and_rates(x)[1]
 
     def in_general(self, x: np.ndarray) -> tuple[int, np.ndarray]:
-        """Rank of the rates at drawn unknowns, and motions (k, n) that leave all gaps as they are.
+        """Rank of the rates at drawn unknowns, and which coordinates (size,) can move there.
 
-        What is given is as at a posture x (size,).
+        What is given is as at a posture x (size,), and all gaps stay as they are.
         """
-        drawn = x[None].copy()
-        drawn[:, self.unknowns] = np.random.default_rng(_SEED).uniform(
-            -1.0, 1.0, self.unknowns.size
-        )
+        drawn, places = x[None].copy(), self.unknowns
+        drawn[:, places] = np.random.default_rng(_SEED).uniform(-1.0, 1.0, len(places))
         _, values, V_T = np.linalg.svd(self.rates(drawn)[0])
-        rank = int(np.count_nonzero(values > _INDEPENDENT))
-        return rank, V_T[rank:]
+        rank, moving = int(np.count_nonzero(values > _INDEPENDENT)), np.zeros(x.size, dtype=bool)
+        moving[places] = np.any(np.abs(V_T[rank:]) > _INDEPENDENT, axis=0)
+        return rank, moving
 
     def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Both, of frames that are placed once."""
