@@ -20,7 +20,7 @@ from robostiff.io.bounded_file import read_elsewhere
 from robostiff.io.child_process import EXPAND_XACRO, answer_of
 from robostiff.io.rigid_tree.build import drawn_links
 from robostiff.io.rigid_tree.tree import (
-    FARTHEST,
+    LARGEST_IN_XML,
     JointType,
     Mimic,
     RigidTree,
@@ -144,7 +144,7 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
     if low > high and word != "continuous":
         warn_of_slip(f"{joint.location}: limits {of}, from {low:g} to {high:g}: not read")
     # some programs write such as 1e16 for none
-    are_limits = low < high and min(-low, high) <= FARTHEST and word != "continuous"
+    are_limits = low < high and min(-low, high) <= LARGEST_IN_XML and word != "continuous"
     limits = (low, high) if are_limits else None
     follows = None
     if (mimic := joint.one("mimic")) is not None:

@@ -30,7 +30,7 @@ from robostiff.spatial import Frame
 
 Numbers = Sequence[float] | np.ndarray
 
-FARTHEST = 1e9  # metres and radians; far beyond any robot
+LARGEST_IN_XML = 1e9  # metres and radians; far beyond any robot
 
 
 @frozen
@@ -71,7 +71,7 @@ class XmlElement:
         return next(iter(self.all(tag)), None)
 
     def numbers(
-        self, what: str, text: str | None, otherwise: Numbers, most: float = FARTHEST
+        self, what: str, text: str | None, otherwise: Numbers, most: float = LARGEST_IN_XML
     ) -> np.ndarray:
         """Numbers of a text in this element, as many as there are otherwise.
 
@@ -90,7 +90,7 @@ class XmlElement:
         return numbers
 
     def numbers_at(
-        self, tag: str, key: str, otherwise: Numbers, of: str, most: float = FARTHEST
+        self, tag: str, key: str, otherwise: Numbers, of: str, most: float = LARGEST_IN_XML
     ) -> np.ndarray:
         """Numbers of an attribute of its first child of that name."""
         child = self.one(tag)
