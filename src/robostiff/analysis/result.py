@@ -21,6 +21,7 @@ from robostiff.model import Snapshot
 from robostiff.spatial import (
     Space,
     as_floats,
+    check_order,
     move_compliance,
     move_stiffness,
     move_twist,
@@ -383,7 +384,8 @@ def given_wrenches(
     expected = f"{space.size} numbers: {' '.join(space.wrench_order)} [N, N m]"
     if wrench is None:
         raise InputError(subject, expected=expected, hint=hint)
-    F = as_floats(subject, wrench, expected, space.wrench_units, orders=(space.wrench_order,))
+    check_order(subject, wrench, space.wrench_order)
+    F = as_floats(subject, wrench, expected, space.wrench_units)
     if F.shape in {(space.size,), (*batch, space.size)}:
         return np.broadcast_to(F, (*batch, space.size))
     if F.ndim > 1 and batch:

@@ -21,7 +21,7 @@ from robostiff.kinematics.pose import Near
 from robostiff.kinematics.turn import pose_after, turn_after, turned_point
 from robostiff.markup import InNotebooks, number
 from robostiff.model import Actuated, PlacedFreedom, Robot
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, check_whole
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.loading.given_loads import Gravity, Loads
 
@@ -70,8 +70,7 @@ class Exact:
     steps: int = 8
 
     def __post_init__(self) -> None:
-        if self.steps < 1:
-            raise InputError("steps of Exact", got=self.steps, expected="a whole number from 1 on")
+        check_whole("steps of Exact", self.steps)
 
 
 @frozen

@@ -23,6 +23,7 @@ from robostiff.io.expression import parameter_values
 from robostiff.kinematics import JointCoordinates
 from robostiff.markup import InNotebooks, number, percent
 from robostiff.model import Robot
+from robostiff.spatial import check_whole
 
 # Sequences of points that know nothing of one another: their spread is the error of a quantile.
 _SEQUENCES = 8
@@ -264,10 +265,8 @@ def tolerances(
     """
     from scipy.stats import qmc
 
-    for name, value, least in (("samples", samples, 1), ("seed", seed, 0)):
-        if value < least:
-            expected = f"a whole number from {least} on"
-            raise InputError(f"{name} of tolerances", got=value, expected=expected)
+    check_whole("samples of tolerances", samples)
+    check_whole("seed of tolerances", seed, 0)
     drawn = _DrawnRobots.of(robot, spreads, outputs, poses, threads)
     at_nominal = NumbersOfDesigns.of(drawn.robot, outputs, drawn.names, poses)
     numbers, rates, _ = at_nominal.at(drawn.nominal)

@@ -19,7 +19,7 @@ from robostiff.kinematics import JointCoordinates, Pose, find_posture, posture_f
 from robostiff.kinematics.pose import joint_units
 from robostiff.markup import number
 from robostiff.model import Actuated, Robot
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, check_whole
 
 # Of the information of all candidates: what every choice has, so that few poses can be compared.
 _RIDGE = 1e-10
@@ -128,17 +128,11 @@ def random_postures(robot: Robot, count: int, seed: int = 0) -> JointCoordinates
         places = robot.coordinate_places
         width = np.where(np.array(places) < 3, 0.1 * finder.length, 0.15)
         low, high = finder.home_pose[places] - width, finder.home_pose[places] + width
-    _check_whole(count=count, seed=seed)
+    check_whole("count of postures", count)
+    check_whole("seed of postures", seed, 0)
     u = qmc.Halton(len(low), rng=np.random.default_rng(seed)).random(count)
     q = low + u * (high - low)
     return JointCoordinates(q) if robot.is_posed_by_joints else q
-
-
-def _check_whole(**numbers: int) -> None:
-    for name, value in numbers.items():
-        if value < (least := 0 if name == "seed" else 1):
-            expected = f"a whole number from {least} on"
-            raise InputError(f"{name} of postures", got=value, expected=expected)
 
 
 def choose_poses(
@@ -216,7 +210,8 @@ def choose_poses(
     q = np.atleast_2d(as_floats("candidates", q, "postures (N, n)"))
     names, each = tuple(markers), "three numbers each [m]"
     places = as_floats("markers", [*markers.values()], each, None, (len(names), 3))
-    _check_whole(count=count, starts=starts, seed=seed)
+    for name, value, least in (("count", count, 1), ("starts", starts, 1), ("seed", seed, 0)):
+        check_whole(f"{name} of postures", value, least)
     kind = JointCoordinates if isinstance(candidates, JointCoordinates) else np.asarray
     reached = find_posture(robot.numeric, kind(q))
     rows = np.flatnonzero(reached.reached & reached.within_limits)

@@ -19,7 +19,7 @@ from robostiff.kinematics.machine_pose import ActuatorCoordinates, ToolPose
 from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import ALL_COORDINATES, Chain, Coupling, Joint, Leg, Link, Locked, Rigid, Robot
 from robostiff.model.checks import FARTHEST, FULL_TURN
-from robostiff.spatial import Frame, Space, as_floats, cross, holds_quantities
+from robostiff.spatial import Frame, Space, as_floats, check_order, cross, holds_quantities
 from robostiff.spatial.batch import poses_side_by_side, product
 from robostiff.spatial.rotation import is_rigid_transform, nearest_rotation, vector_of_rotation
 
@@ -220,8 +220,8 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     free = f"{len(names)} numbers ({' '.join(names)}) or " if 0 < len(names) < 6 else ""
     expected = f"{free}6 numbers (x y z rx ry rz) in the last axis"
     units = {6: Space.SPATIAL.twist_units, len(names): coordinate_units(robot)}
-    orders = names, [coordinate.value for coordinate in ALL_COORDINATES]
-    given = as_floats(f"pose of {robot.name!r}", pose, expected, units, orders=orders)
+    check_order(f"pose of {robot.name!r}", pose, names, [own.value for own in ALL_COORDINATES])
+    given = as_floats(f"pose of {robot.name!r}", pose, expected, units)
     fits = {len(names), 6} if names or not robot.is_posed_by_joints else {6}
     if given.ndim == 0 or given.shape[-1] not in fits:
         raise InputError(

@@ -10,6 +10,8 @@ from robostiff.spatial.formula import exact_number as exact_number
 from robostiff.spatial.formula import is_formula as is_formula
 from robostiff.spatial.quantities import as_float as as_float
 from robostiff.spatial.quantities import as_floats as as_floats
+from robostiff.spatial.quantities import check_order as check_order
+from robostiff.spatial.quantities import check_whole as check_whole
 from robostiff.spatial.quantities import holds_quantities as holds_quantities
 from robostiff.spatial.quantities import in_si as in_si
 from robostiff.spatial.quantities import refuse_quantities as refuse_quantities

@@ -206,7 +206,6 @@ def as_floats(
     expected: str,
     units: Units | None = None,
     shape: tuple[int, ...] | None = None,
-    orders: Sequence[Sequence[str]] = (),
 ) -> np.ndarray:
     """Real finite numbers, or quantities in SI units, as an array of floats of its own.
 
@@ -223,15 +222,12 @@ def as_floats(
         numbers, and what quantities are converted to. Left out, none are taken.
     shape : tuple of int, optional
         The one that fits.
-    orders : sequence of sequences of str
-        Names of the last axis, in each order that fits; tables of pandas and xarray may have them.
 
     Raises
     ------
     InputError
-        For tables that have these names in another order, texts, truth values, complex, ragged or
-        masked input, for numbers that are not finite or beyond 1e30, and for quantities that
-        measure something else.
+        For texts, truth values, complex, ragged or masked input, for numbers that are not finite or
+        beyond 1e30, and for quantities that measure something else.
 
     Examples
     --------
@@ -239,8 +235,6 @@ def as_floats(
     array([0., 0., 1.])
     """
     mask = getattr(getattr(value, "magnitude", value), "_mask", False)  # without importing np.ma
-    for order in orders:
-        _check_order(subject, value, list(order))
     value = in_si(subject, value, expected, units)
     try:
         array = np.asarray(value)
@@ -259,21 +253,31 @@ def as_floats(
     return np.array(array, dtype=float)  # its own: answers are worked out when they are asked for
 
 
-def _check_order(subject: str, value: Any, order: list[str]) -> None:
-    """Refuse a table of pandas or xarray whose last axis has these names in another order."""
+def check_order(subject: str, value: Any, *orders: Sequence[str]) -> None:
+    """Refuse a table of pandas or xarray with names of the last axis in another order.
+
+    Raises an InputError where it has those of one of the orders, and not in that order.
+    """
     labels: Any = getattr(value, "columns", ())
     if hasattr(value, "to_frame"):  # a Series
         labels = value.index
     elif getattr(value, "dims", ()):
         labels = value.indexes.get(value.dims[-1], ())
     names = [str(name) for name in labels]
-    if names != order and sorted(names) == sorted(order):
-        raise InputError(
-            f"order of {subject}",
-            got=" ".join(names),
-            expected=" ".join(order),
-            hint=f"numbers are read by their places: write table[{order}]",
-        )
+    for order in map(list, orders):
+        if names != order and sorted(names) == sorted(order):
+            raise InputError(
+                f"order of {subject}",
+                got=" ".join(names),
+                expected=" ".join(order),
+                hint=f"numbers are read by their places: write table[{order}]",
+            )
+
+
+def check_whole(subject: str, value: Any, least: int = 1) -> None:
+    """Raise an InputError for what is no whole number from a least one on."""
+    if not isinstance(value, int | np.integer) or value < least:
+        raise InputError(subject, got=value, expected=f"a whole number from {least} on")
 
 
 def as_float(subject: str, value: Any, expected: str, unit: str | None = None) -> float:

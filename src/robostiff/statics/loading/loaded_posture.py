@@ -24,7 +24,7 @@ from robostiff.model.batched import one_of
 from robostiff.model.cable import CableRobot
 from robostiff.model.subject import Subject
 from robostiff.network import Network
-from robostiff.spatial import Space, as_float, as_floats
+from robostiff.spatial import Space, as_float, as_floats, check_order
 from robostiff.statics.chains.beam_bowing import ElementsOfParts
 from robostiff.statics.chains.elements import wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem, Steady
@@ -334,7 +334,8 @@ def wrenches_of(what: str, value: ArrayLike | None, space: Space) -> np.ndarray:
         else (space.twist_order, space.twist_units)
     )
     expected = f"{space.size} numbers: {' '.join(order)} [{', '.join(dict.fromkeys(units))}]"
-    array = as_floats(what, value, expected, units, orders=(order,))
+    check_order(what, value, order)
+    array = as_floats(what, value, expected, units)
     if array.ndim == 0 or array.shape[-1] != space.size or array.ndim > 2:
         raise InputError(what, got=value, expected=f"{expected}, or a row for each answer")
     return array
