@@ -11,6 +11,7 @@ import numpy as np
 from robostiff.analysis.compiled_answer import AtGeneralPoses
 from robostiff.analysis.kernel_inputs import ParameterValues, with_parameters
 from robostiff.analysis.record_file import RecordFile
+from robostiff.analysis.recording import depends_on_what_is_held
 from robostiff.compiled import ArrayCode, Backend, Kernel, MachineCode, StiffnessMatrix
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import code_of
@@ -21,7 +22,7 @@ from robostiff.kinematics import JointCoordinates, Posture, PostureFinder, postu
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.entries import formulas
 from robostiff.record import Program, Record
-from robostiff.recorded import parameter_samples, record_robot, sample_postures
+from robostiff.recorded import parameter_samples, record_at_joints, record_robot, sample_postures
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
@@ -187,6 +188,8 @@ def _recorded(
     """A record of a robot under load, confirmed and run by NumPy."""
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder)
+    if depends_on_what_is_held(recorded, robot, finder):
+        recorded = record_at_joints(robot, finder)
     loaded_postures = _loaded_postures(finder, standing)
     force = _small_force(robot, [posture.problem for posture in loaded_postures])
     try:
