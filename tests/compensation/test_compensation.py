@@ -122,7 +122,8 @@ def test_a_hybrid_machine_is_corrected_in_its_free_coordinates():
 def test_six_coordinates_that_the_legs_do_not_allow_are_out_of_reach():
     robot = rs.load("3-prs")
     home = rs.find_posture(robot).pose
-    found = rs.compensate(robot, home + [[0.0] * 6, [0.05, 0, 0, 0, 0, 0]], [0, 0, -20.0, 0, 0, 0])
+    path = home + np.array([[0.0] * 6, [0.05, 0, 0, 0, 0, 0]])
+    found = rs.compensate(robot, path, [0, 0, -20.0, 0, 0, 0])
     assert found.status_codes.tolist() == [0, int(rs.Status.UNREACHABLE)]
     assert np.isnan(found.commanded[1]).all()
 

@@ -259,8 +259,8 @@ def modes(
     masses : mapping of str to float, Mass or a sequence of them, optional
         What moves beside the masses of the model, by the name of the part before the body that
         carries it, ``leg/part``, of the node of a network, or ``platform`` [kg]. A mass without a
-        centre or point is at that part or node, or at the point of the platform. These have no
-        weight: `loads` take those.
+        centre or point is at that part or node, or at the reference point of the robot, whatever
+        `at` is. These have no weight: `loads` take those.
     beams : Bowing or Linear
         As for `equilibrium`; each beam is two elements when left out. Frequencies come from above:
         that of a beam within itself is 0.5 % high with one element for each half wave, and a beam
