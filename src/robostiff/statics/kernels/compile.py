@@ -23,6 +23,7 @@ from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.entries import formulas
 from robostiff.record import Program, Record
 from robostiff.recorded import parameter_samples, record_at_joints, record_robot, sample_postures
+from robostiff.spatial import as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
@@ -152,7 +153,9 @@ def compile_loaded(
 
     taken = [*(c.value for c in ALL_COORDINATES), *robot.space.wrench_order]
     robot = with_parameters(robot, parameters, taken)
-    given = StandingLoads(loads, gravity, preload, beams), platforms or drives, tuple(sites)
+    points = ((b, as_floats(f"site on {b!r}", at, "three numbers", None, (3,))) for b, at in sites)
+    at_sites = tuple((body, tuple(at.tolist())) for body, at in points)
+    given = StandingLoads(loads, gravity, preload, beams), platforms or drives, at_sites
     file = _file(robot, *given, drives)
     read = () if file is None else file.read() or ()
     if len(read) == _PARTS:
