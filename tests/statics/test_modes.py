@@ -292,3 +292,10 @@ def test_where_results_are_asked_for_changes_no_load_and_no_frequency(name: str)
         for way in ways:
             one, other = (way(robot, loads=loads, at=point).energy for point in (None, at))
             np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+def test_a_mass_at_a_point_of_the_world_is_elsewhere_on_the_platform_at_each_pose():
+    robot, masses = rs.load("gough-stewart-b"), {"platform": rs.Mass(5, point=[0.1, 0.05, 0.9])}
+    poses = np.array([[0, 0, 0.8, 0, 0, 0], [0.1, 0, 0.75, 0, 0.2, 0.1]])
+    each = [rs.modes(robot, pose, masses).squares for pose in poses]
+    np.testing.assert_allclose(rs.modes(robot, poses, masses).squares, each, rtol=1e-9)

@@ -290,7 +290,9 @@ def modes(
     if given.ndim == 1:
         return _modes_of(loaded(0), given)
     n, known = len(given), np.ma.masked_all((len(given), 0))
-    if n and postures.batch and at is None and isinstance(robot, Robot) and not np.any(given):
+    each = [one for x in carried.values() for one in (x if isinstance(x, Sequence) else [x])]
+    alike = at is None and all(getattr(one, "point", None) is None for one in each)
+    if n and postures.batch and alike and isinstance(robot, Robot) and not np.any(given):
         known = _of_platforms(n, loaded(0), lambda: stiffness(robot, pose, near=near))
     rest, alone = np.flatnonzero(known.mask.all(axis=-1)).tolist(), dict[int, Modes]()
     for k in range(0, len(rest), _TOGETHER):
