@@ -21,7 +21,7 @@ from robostiff.markup import InNotebooks, number
 from robostiff.model import Robot
 from robostiff.record import least
 from robostiff.recorded import RecordedRobot
-from robostiff.spatial import Space
+from robostiff.spatial import Space, as_float, as_floats
 
 # Of the range of a variable, or of a limit: what counts as reached.
 _REACHED = 1e-6
@@ -53,6 +53,8 @@ class Within:
             raise InputError(
                 f"limits of {self.output.name}", got="none", expected="most=, least= or both"
             )
+        for _, value, _ in self.bounds:
+            as_float(f"limit of {self.output.name}", value, "a number [SI]")
 
     @property
     def bounds(self) -> list[tuple[str, float, float]]:
@@ -245,9 +247,10 @@ def optimise(
     outputs = {output.name: output for output in (objective, *(each.output for each in limits))}
     rows = {name: k for k, name in enumerate(outputs)}
     numbers = NumbersOfDesigns.of(robot, [*outputs.values()], names, poses)
-    x = np.array([(start or {}).get(name, robot.nominal.get(name, np.nan)) for name in names])
+    begun = {n: as_float(f"start of {n}", x, "a number [SI]") for n, x in (start or {}).items()}
+    x = np.array([begun.get(name, robot.nominal.get(name, np.nan)) for name in names])
     x = np.clip(np.where(np.isfinite(x), x, 0.5 * (low + high)), low, high)
-    first = _at_start(robot, numbers, x, start or {}, (low, high))
+    first = _at_start(robot, numbers, x, begun, (low, high))
     size = float(np.max(np.abs(first[0]))) or 1.0
     n = len(names)
 
@@ -383,11 +386,12 @@ def _ranges(variables: Mapping[str, tuple[float, float]]) -> np.ndarray:
         raise InputError(
             "variables", got="none", expected="names with ranges", hint='write {"R": (0.4, 0.6)}'
         )
-    ends = np.array([*map(tuple, variables.values())], dtype=float)
-    if ends.shape != (len(variables), 2) or not np.all(ends[:, 0] < ends[:, 1]):
-        raise InputError(
-            "ranges of variables", got=dict(variables), expected="a lower and a higher value each"
-        )
+    expected = "a lower and a higher value each [SI]"
+    ends = np.array(
+        [as_floats(f"range of {n}", v, expected, shape=(2,)) for n, v in variables.items()]
+    )
+    if not np.all(ends[:, 0] < ends[:, 1]):
+        raise InputError("ranges of variables", got=dict(variables), expected=expected)
     return ends.T
 
 

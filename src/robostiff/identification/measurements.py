@@ -21,7 +21,7 @@ from robostiff.identification.measurement_kinds import (
 )
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, in_si
 
 # What each reading has, by its kind; and in arrays, by numbers a reading and what stands for none.
 _EACH: dict[str, type] = {
@@ -285,6 +285,7 @@ class Measurements:
 def _rows(name: str, values: ArrayLike, count: int, size: int, *, may_miss: bool) -> np.ndarray:
     """One row a reading (N, size); not a number where it may be missing."""
     expected, missing = f"({size},) or ({count}, {size})", np.array(False)
+    values = in_si(name, values, expected, None)
     with suppress(TypeError, ValueError):  # of what are no numbers, which are refused below
         if may_miss:
             missing = np.isnan(np.asarray(values, dtype=float))

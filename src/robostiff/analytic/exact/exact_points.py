@@ -24,7 +24,6 @@ from robostiff.record import OPERATORS, Operation, Record
 
 _DIGITS = 40
 _ACCURATE = 140  # bits of a ball that are compared
-_NOTHING = 1e-40  # size of a value that is zero: no quantity of a machine is as small
 _POINTS = 2
 _SHORT = 8  # characters of a number that was meant as it is written
 _LARGEST = 4  # of the whole numbers and halves that stand for themselves
@@ -93,8 +92,7 @@ class ExactPoints:
             values = self.values(step)
             negative, key = bool(values[0] < 0), None
             with flint.ctx.workprec(BITS):
-                halves = (0 if abs(x) < _NOTHING else (2 * x).unique_fmpz() for x in values)
-                twice, *others = dict.fromkeys(halves)
+                twice, *others = dict.fromkeys((2 * x).unique_fmpz() for x in values)
                 if all(x.is_finite() and x.rel_accuracy_bits() >= _ACCURATE for x in values):
                     sized = (-x if negative else x for x in values)
                     key = tuple(x.str(_DIGITS, radius=False) for x in sized)
@@ -110,10 +108,8 @@ class ExactPoints:
     def are_equal(self, step: int, factors: tuple[int, int], sign: int) -> bool:
         """Whether a step is a product of two others, or its negative."""
         with flint.ctx.workprec(BITS):
-            return all(
-                bool(abs(ball - sign * a * b) < _NOTHING * (1 + abs(ball)))
-                for ball, a, b in zip(*map(self.values, (step, *factors)), strict=True)
-            )
+            each = zip(*map(self.values, (step, *factors)), strict=True)
+            return all(bool(ball.overlaps(sign * a * b)) for ball, a, b in each)
 
     def number(self, value: Any) -> Any:
         """The ball of a number."""
