@@ -152,8 +152,7 @@ class Tolerances(InNotebooks):
         Raises InputError when there is no such output or pose, or no bin.
         """
         values = self._at(name, pose)
-        if not (isinstance(bins, int) and bins > 0):
-            raise InputError("bins", got=bins, expected="a whole number from 1 on")
+        check_whole("bins", bins)
         return np.histogram(values[np.isfinite(values)], bins)
 
     def rank_correlations(self, name: str, pose: int = 0) -> dict[str, float]:
