@@ -21,7 +21,7 @@ Part = TypeVar("Part")
 OfSymbols = TypeVar("OfSymbols", bound="Symbolic")
 
 # Limits and laws of drives and nominal values of symbols are not part of a formula.
-_NO_ENTRIES = frozenset(("limits", "nominal", "meanings", "laws"))
+_NO_ENTRIES = frozenset(("limits", "nominal", "meanings", "units", "laws"))
 
 
 def with_entries(

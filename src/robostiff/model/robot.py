@@ -109,6 +109,8 @@ class Robot(Symbolic, Subject):
         The values in SI units that a model file gives to its symbols.
     meanings : mapping of str to str
         What the symbols of a model file stand for, such as "length, 0.35 m in the model".
+    units : mapping of str to str
+        The SI unit of each symbol of a model file, such as "N/m"; "" for a plain number.
     platform : FlexiblePlatform or None
         What bends between the legs and the reference point; None for a rigid platform.
     platform_masses : tuple of Mass
@@ -133,6 +135,7 @@ class Robot(Symbolic, Subject):
     source: str = ""
     nominal: Mapping[str, float] = field(default_factory=dict)
     meanings: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict, kw_only=True)
     platform: FlexiblePlatform | None = None
     platform_masses: tuple[Mass, ...] = ()
     gravity: Any = None
@@ -142,8 +145,8 @@ class Robot(Symbolic, Subject):
     def __post_init__(self) -> None:
         point = vector3(f"reference point of {self.name!r}", self.reference_point)
         object.__setattr__(self, "reference_point", point)
-        object.__setattr__(self, "nominal", dict(self.nominal))
-        object.__setattr__(self, "meanings", dict(self.meanings))
+        for name in ("nominal", "meanings", "units", "laws"):
+            object.__setattr__(self, name, dict(getattr(self, name)))
         object.__setattr__(self, "platform_masses", masses_of(self.platform_masses))
         if self.gravity is not None:
             gravity = gravity_vector(f"gravity of {self.name!r}", self.gravity)
@@ -164,7 +167,6 @@ class Robot(Symbolic, Subject):
             legs.append(leg if chain is leg.chain else replace(leg, chain=chain))
         object.__setattr__(self, "legs", tuple(legs))
         object.__setattr__(self, "springs", tuple(self.springs))
-        object.__setattr__(self, "laws", dict(self.laws))
         check_distinct("names of the springs", [spring.name for spring in self.springs])
         if self.home is None and any(leg.chain.has_blocks for leg in self.legs):
             raise InputError(
