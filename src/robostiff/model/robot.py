@@ -14,7 +14,7 @@ from robostiff.frozen import field, frozen, replace
 from robostiff.model.body_spring import BodySpring, refuse_springs
 from robostiff.model.chain import Chain
 from robostiff.model.checks import check_distinct, vector3
-from robostiff.model.entries import Symbolic, are_equal
+from robostiff.model.entries import Symbolic
 from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.joint import Passive
 from robostiff.model.mass import Mass, gravity_vector, masses_of
@@ -162,7 +162,7 @@ class Robot(Symbolic, Subject):
         check_distinct("names of the parts, leg/part", parts)
         legs: list[Leg] = []  # those with equal chains have one: what is asked of it is found once
         for leg in self.legs:
-            equal = (other.chain for other in legs if are_equal(other.chain, leg.chain))
+            equal = (other.chain for other in legs if other.chain == leg.chain)
             chain = next(equal, leg.chain)
             legs.append(leg if chain is leg.chain else replace(leg, chain=chain))
         object.__setattr__(self, "legs", tuple(legs))
