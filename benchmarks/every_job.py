@@ -50,6 +50,13 @@ whole, *many = (timed(lambda: rs.stiffness(other, poses).K) for _ in range(15))
 print(f"{{first:.1f}} ms, then {{np.median(calls):.2f}}; 10^5 poses {{whole:.0f}} ms, then "
       f"{{np.median(many[:4]) / 100:.2f}} us a pose, {{min(many[8:]) / 100:.2f}} by machine code")
 """
+RECORDS = """
+import time, robostiff as rs
+for name in ("hexapod", "six-joint-arm", "delta", "h4"):
+    robot, start = rs.load(name), time.process_time()
+    rs.compile_loaded(robot, backend=rs.Backend.ARRAYS)
+    print(f"{name} {time.process_time() - start:.2f}", end=", " if name != "h4" else " s")
+"""
 NETWORK = """
 import time
 from network import lattice, condense
@@ -218,6 +225,7 @@ ROWS: tuple[tuple[str, str, Callable[[], str]], ...] = (
     ("hexapod: one pose", "0.1 ms", one_pose),
     ("hexapod: 10^5 poses, by machine code", "1 us a pose", many_poses),
     ("hexapod: under load", "2 ms, 5 us compiled", loads),
+    ("recorded under load", "", lambda: alone(RECORDS)),
     ("other machines: one pose", "1 ms", other_machines),
     ("network of 10^4 beams: build and K", "1.5 s, 200 MB", lambda: alone(NETWORK)),
     ("map of 49,000 / 51,000 poses", "no step", maps),
