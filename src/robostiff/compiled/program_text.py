@@ -65,7 +65,6 @@ _HYPERBOLIC_TANGENT = (
 # Added to a number up to 2^51, this leaves its nearest whole number in the last bits.
 _WHOLE = 6755399441055744.0
 _WIDTH_OF_ESTIMATES = 8  # AVX-512 estimates reciprocals of roots of doubles
-_IDLE = (Operation.INPUT, Operation.NUMBER)
 # Vectors of poses on which all parts work in turn, and bytes of what parts hand on at most: as many
 # as a small first-level cache has.
 _MOST_VECTORS, _ROOM = 4, 2**15
@@ -77,7 +76,7 @@ def text_of(program: Program, width: int, length: int | None) -> str:
     In a loop that is short against what a processor looks ahead, it does not wait for the roots and
     quotients of one vector. What the parts hand on to one another stays in the cache.
     """
-    parts = _parts(program, length or len(program.steps))
+    parts = _parts(program, length or len(program.steps.a))
     last = {j: k for k, part in enumerate(parts) for i in part for j in _read(program, i)}
     places, free, rooms = dict[int, int](), list[int](), 0
     for k, part in enumerate(parts):
@@ -155,11 +154,11 @@ def _parts(program: Program, length: int) -> list[list[int]]:
     operations in common.
     """
     steps = program.steps
-    order = [i for i, step in enumerate(steps) if step.operation not in _IDLE]
-    partner, angles = dict[int, int](), dict[int | None, int]()
-    roots = {i for i in order if steps[i].operation is Operation.SQUARE_ROOT}
+    order = [i for i, a in enumerate(steps.a) if a >= 0]
+    partner, angles = dict[int, int](), dict[int, int]()
+    roots = {i for i in order if steps.operations[i] is Operation.SQUARE_ROOT}
     for i in order:
-        operation, a = steps[i].operation, steps[i].a
+        operation, a = steps.operations[i], steps.a[i]
         if operation in (Operation.SINE, Operation.COSINE) and angles.setdefault(a, i) != i:
             partner[angles[a]] = i
         if operation is Operation.RECIPROCAL and a in roots:
@@ -180,9 +179,9 @@ def _parts(program: Program, length: int) -> list[list[int]]:
 
 def _read(program: Program, i: int) -> list[int]:
     """Other steps that step `i` reads, inputs and numbers aside."""
-    _, a, b = (step := program.steps)[i][:3]
-    pair = (a,) if a == b else (a, b)
-    return [j for j in pair if j is not None and step[j].operation not in _IDLE]
+    places = program.steps.a
+    a, b = places[i], program.steps.b[i]
+    return [j for j in ((a,) if a == b else (a, b)) if j >= 0 and places[j] >= 0]
 
 
 def _lines(program: Program, part: list[int], places: dict[int, int], lines: _Lines) -> list[str]:
@@ -192,27 +191,26 @@ def _lines(program: Program, part: list[int], places: dict[int, int], lines: _Li
         results.setdefault(i, []).append(row)
 
     def value(j: int) -> str:
-        operation = steps[j].operation
         if j in known:
             return known[j]
-        if operation is Operation.NUMBER:
-            known[j] = lines.number(steps[j].number)
-        elif operation is Operation.INPUT:
+        if j in steps.numbers:
+            known[j] = lines.number(steps.numbers[j])
+        elif j < len(program.inputs):
             known[j] = lines.load(lines.row("input", j), 8)
         else:
             known[j] = lines.load(lines.place(places[j]), 8 * lines.width)
         return known[j]
 
     for i in part:
-        arguments = [value(j) for j in steps[i][1:3] if j is not None]
-        known[i] = lines.result(steps[i].operation, arguments)
+        arguments = [value(j) for j in (steps.a[i], steps.b[i]) if j >= 0]
+        known[i] = lines.result(steps.operations[i], arguments)
         if i in places:
             lines.store(known[i], lines.place(places[i]), 8 * lines.width)
         for row in results.get(i, ()):
             lines.store(known[i], lines.row("output", row), 8)
     if lines.part == 0:
         for i, rows in results.items():
-            for row in rows if steps[i].operation in _IDLE else ():
+            for row in rows if steps.a[i] < 0 else ():
                 lines.store(value(i), lines.row("output", row), 8)
     return lines.lines
 

@@ -21,7 +21,7 @@ from robostiff.kinematics import JointCoordinates, Posture, PostureFinder, postu
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.entries import formulas
 from robostiff.record import Program, Record
-from robostiff.recorded import parameter_samples, record_robot, sample_postures
+from robostiff.recorded import parameter_samples, sample_postures
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
@@ -186,7 +186,6 @@ def _recorded(
 ) -> CompiledLoading:
     """A record of a robot under load, confirmed and run by NumPy."""
     finder = posture_finder(robot.numeric)
-    recorded = record_robot(robot, finder)
     loaded_postures = _loaded_postures(finder, standing)
     force = _small_force(robot, [posture.problem for posture in loaded_postures])
     try:
@@ -196,7 +195,6 @@ def _recorded(
             loaded_postures,
             force,
             standing,
-            by_pose=not recorded.joints,
             platforms=platforms,
             drives=drives,
             sites=sites,
@@ -211,16 +209,16 @@ def _recorded(
         code=ClosedCode.of(loading, loading.arrival, ArrayCode),
     )
     closure = None
-    if recorded.closure is not None:
-        names = recorded.joints
+    if loading.closure is not None:
+        names = loading.joints
         record = Record({name: np.array([1.0]) for name in names})
         joints = Program.of(record, [record.input(name) for name in names])
         closure = Kernel(
-            recorded.closure.inputs,
+            loading.closure.inputs,
             (),
             ("open", "mode"),
             robot.space,
-            ClosedCode.of(recorded.closure, joints, ArrayCode),
+            ClosedCode.of(loading.closure, joints, ArrayCode),
         )
     found = CompiledLoading(
         robot,
