@@ -11,7 +11,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 
 from robostiff.compiled.one_pose import OnePose
-from robostiff.compiled.program_text import text_of
+from robostiff.compiled.program_text import LONG, text_of
 from robostiff.frozen import frozen
 from robostiff.record import NUMPY_FUNCTIONS, Program
 
@@ -69,15 +69,18 @@ _Compiled = Callable[[int, int, int, int], None]
 
 
 def functions_of(
-    text: str, processor: Processor, kinds: Mapping[str, tuple[Any, ...]]
+    text: str, processor: Processor, kinds: Mapping[str, tuple[Any, ...]], *, quickly: bool = False
 ) -> dict[str, Any]:
-    """Functions that are written in the language of LLVM, by name, with the types they take."""
+    """Functions that are written in the language of LLVM, by name, with the types they take.
+
+    `quickly`: a quarter of the time, for code that takes a tenth longer to run.
+    """
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_default_triple().create_target_machine(
-        cpu=processor.name, features=processor.features, opt=2, jit=True
+        cpu=processor.name, features=processor.features, opt=0 if quickly else 2, jit=True
     )
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
     engine.finalize_object()
@@ -100,9 +103,9 @@ class VectorFunction:
         """Compile a program."""
         pointer, count = ctypes.c_void_p, ctypes.c_int64
         kinds = {"program": (pointer, pointer, count, count)}
-        functions = functions_of(
-            text_of(program, processor.width, processor.part), processor, kinds
-        )
+        text = text_of(program, processor.width, processor.part)
+        is_long = processor.part is not None and program.operations > LONG
+        functions = functions_of(text, processor, kinds, quickly=is_long)
         return VectorFunction(functions["program"], processor.width)
 
     def fill(self, inputs: Rows, outputs: Rows, part: slice) -> None:

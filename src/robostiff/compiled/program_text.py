@@ -68,6 +68,9 @@ _WIDTH_OF_ESTIMATES = 8  # AVX-512 estimates reciprocals of roots of doubles
 # Vectors of poses on which all parts work in turn, and bytes of what parts hand on at most: as many
 # as a small first-level cache has.
 _MOST_VECTORS, _ROOM = 4, 2**15
+#: Operations beyond which machine code is made quickly. Its parts are functions then, so many each:
+#: what is not kept in registers has a place of its own on the stack.
+LONG, _PARTS_A_FUNCTION = 4000, 10
 
 
 def text_of(program: Program, width: int, length: int | None) -> str:
@@ -78,27 +81,29 @@ def text_of(program: Program, width: int, length: int | None) -> str:
     """
     parts = _parts(program, length or len(program.steps.a))
     last = {j: k for k, part in enumerate(parts) for i in part for j in _read(program, i)}
-    places, free, rooms = dict[int, int](), list[int](), 0
+    places, free, rooms, ends = dict[int, int](), list[int](), 0, [list[int]() for _ in parts]
     for k, part in enumerate(parts):
-        free += [place for i, place in places.items() if last[i] == k - 1]
+        free += ends[k - 1]
         for i in part:
             if last.get(i, k) > k:
                 rooms += not free
                 places[i] = free.pop() if free else rooms - 1
+                ends[last[i]].append(places[i])
     poses = width * min(_MOST_VECTORS, max(1, _ROOM // (8 * width * max(rooms, 1))))
     places = {i: place * poses for i, place in places.items()}
-    loops, others = "", len(parts) - 1
+    loops, others = [""] * len(parts), len(parts) - 1
+    together = _PARTS_A_FUNCTION if program.operations > LONG else len(parts)
     for k, part in enumerate(parts):
         lines = _Lines(width, k)
         # Stores of the last parts would wait for memory that is not in the cache by then.
         for row in range(k, len(program.outputs), others) if k < others else ():
             lines.fetch(lines.row("output", row))
         body = "\n  ".join(_lines(program, part, places, lines))
-        before = f"part{k - 1}" if k else "poses"
+        before = f"part{k - 1}" if k % together else "poses"
         # Frozen, so that LLVM does not try to count up one address by the other, which takes as
         # long as all that it does beside.
-        after = f"part{k + 1}" if k + 1 < len(parts) else "done"
-        loops += f"""part{k}:
+        after = f"part{k + 1}" if (k + 1) % together and k < others else "done"
+        loops[k] = f"""part{k}:
   %turn{k} = phi i64 [%first, %{before}], [%next{k}, %part{k}]
   %same{k} = add i64 %turn{k}, 0
   %pose{k} = freeze i64 %same{k}
@@ -122,6 +127,21 @@ def text_of(program: Program, width: int, length: int | None) -> str:
     )
     if width == _WIDTH_OF_ESTIMATES:
         declared += f"\ndeclare {vector} @llvm.x86.avx512.rsqrt14.pd.512({vector}, {vector}, i8)"
+    turn = f"  br label %part0\n{''.join(loops)}"
+    if together < len(parts):
+        given, turn = "ptr %inputs, ptr %outputs, ptr %room_of_first, i64 %first, i64 %last", ""
+        for k in range(0, len(parts), together):
+            turn += f"  call void @parts{k}({given})\n"
+            declared += f"""
+define internal void @parts{k}({given.replace("ptr", "ptr noalias")}) #0 {{
+  {addresses}
+  br label %poses
+poses:
+  br label %part{k}
+{"".join(loops[k : k + together])}done:
+  ret void
+}}"""
+        addresses, turn = "", f"{turn}  br label %done\n"
     return f"""{declared}
 declare void @llvm.prefetch.p0(ptr, i32, i32, i32)
 define void @program(ptr noalias %inputs, ptr noalias %outputs, i64 %start, i64 %stop) #0 {{
@@ -136,8 +156,7 @@ poses:
   %last = select i1 %are_few, i64 %stop, i64 %next
   %back = sub i64 0, %first
   %room_of_first = getelementptr double, ptr %room, i64 %back
-  br label %part0
-{loops}done:
+{turn}done:
   %more = icmp slt i64 %next, %stop
   br i1 %more, label %poses, label %end
 end:
