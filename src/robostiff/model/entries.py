@@ -211,6 +211,8 @@ class Symbolic:
         vanishes, so does a beam; beyond, it points the other way. The samples of a record are on
         one side, and what depends on the side is a number there.
         """
+        if not self.has_formulas:  # of which a robot in numbers has none, without SymPy
+            return ()
         import sympy as sp
 
         bounds = [(self.name, Bounds(f"parameter {x}", x)) for x in self.symbols if x.is_positive]

@@ -21,9 +21,10 @@ def square_root(x: Any) -> Any:
     operation, a, b = x.record.operations[x.step]
     if operation is Operation.MULTIPLY and a == b:  # known where its sign is, at all samples alike
         root = Entry(x.record, a)
-        if np.all(root.sample > 0):
+        sample = root.sample.tolist()
+        if min(sample, default=0.0) > 0:
             return root
-        if np.all(root.sample < 0):
+        if max(sample, default=0.0) < 0:
             return -root
     return x.apply(Operation.SQUARE_ROOT)
 
