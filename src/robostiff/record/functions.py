@@ -22,9 +22,9 @@ def square_root(x: Any) -> Any:
     if operation is Operation.MULTIPLY and a == b:  # known where its sign is, at all samples alike
         root = Entry(x.record, a)
         sample = root.sample.tolist()
-        if min(sample, default=0.0) > 0:
+        if sample and all(value > 0 for value in sample):
             return root
-        if max(sample, default=0.0) < 0:
+        if sample and all(value < 0 for value in sample):
             return -root
     return x.apply(Operation.SQUARE_ROOT)
 
