@@ -24,7 +24,7 @@ from robostiff.record import OPERATORS, Operation, Record
 
 _DIGITS = 40
 _ACCURATE = 140  # bits of a ball that are compared
-_NOTHING = 1e-40  # size of a value that is zero: no quantity of a machine is as small
+_NOTHING = 1e-40  # size of a ball around zero that is zero, and relative difference of equal values
 _POINTS = 2
 _SHORT = 8  # characters of a number that was meant as it is written
 _LARGEST = 4  # of the whole numbers and halves that stand for themselves
@@ -93,7 +93,9 @@ class ExactPoints:
             values = self.values(step)
             negative, key = bool(values[0] < 0), None
             with flint.ctx.workprec(BITS):
-                halves = (0 if abs(x) < _NOTHING else (2 * x).unique_fmpz() for x in values)
+                # Products of small lengths may be as small, but their balls do not contain zero.
+                zero = [0 in x and abs(x) < _NOTHING for x in values]
+                halves = (0 if zero[i] else (2 * x).unique_fmpz() for i, x in enumerate(values))
                 twice, *others = dict.fromkeys(halves)
                 if all(x.is_finite() and x.rel_accuracy_bits() >= _ACCURATE for x in values):
                     sized = (-x if negative else x for x in values)
@@ -111,7 +113,7 @@ class ExactPoints:
         """Whether a step is a product of two others, or its negative."""
         with flint.ctx.workprec(BITS):
             return all(
-                bool(abs(ball - sign * a * b) < _NOTHING * (1 + abs(ball)))
+                bool(abs(ball - sign * a * b) <= _NOTHING * abs(ball))
                 for ball, a, b in zip(*map(self.values, (step, *factors)), strict=True)
             )
 
