@@ -320,3 +320,48 @@ def test_a_high_power_of_a_small_side_is_not_zero(tmp_path):
     for t in (0.02, 0.024, 0.04):
         K = function_of(derivation)(t)
         assert distance(K, rs.stiffness(rs.load(path, {"t": t})).K) < 1e-12
+
+
+BEAM = "type: beam, to: [0, 0, h], y_axis: x, material: steel, section: {circle: {diameter: 30 mm}}"
+BALL = "type: spherical, role: passive"
+
+
+@pytest.mark.parametrize(
+    "chain",
+    [
+        ["type: prismatic, axis: z, role: actuated, stiffness: 1e6 N/m", BEAM, BALL],
+        ["type: revolute, axis: y, role: actuated, stiffness: 2e4 N m/rad", BEAM, BALL],
+        [
+            "type: revolute, axis: y, role: actuated, stiffness: 2e4 N m/rad",
+            "type: revolute, axis: x, role: passive",
+            BEAM,
+            BALL,
+        ],
+    ],
+)
+def test_a_rod_or_crank_without_a_length_has_no_vectors(chain, tmp_path):
+    """`vectors` ended in a `TypeError`: a division by the length."""
+    path = model(tmp_path, parameters="R: 0.3 m, h: 0.4 m", chain=chain, platform=True)
+    derivation = rs.derive(path)
+    assert derivation.vectors is None
+    K = derivation.lambdify()(
+        *(rs.load(path, symbols=rs.ALL_PARAMETERS).nominal[s.name] for s in derivation.symbols)
+    )
+    assert distance(K, rs.stiffness(rs.load(path)).K) < 1e-12
+
+
+def test_links_that_are_folded_at_home_are_refused(tmp_path):
+    """Where no direction of the links follows from the pose, this was a `LinAlgError`."""
+    turn = "type: revolute, axis: z, role: passive, home:"
+    path = model(
+        tmp_path,
+        parameters="R: 0.3 m, h: 0.4 m, c: 0.1 m",
+        chain=[
+            "type: prismatic, axis: z, role: actuated, stiffness: 1e6 N/m",
+            *(f"{turn} 0.5", "type: rigid, to: [c, 0, 0]", f"{turn} -1"),
+            *("type: rigid, to: [c, 0, 0]", f"{turn} 0", BEAM),
+        ],
+        platform=True,
+    )
+    with pytest.raises(InputError, match="two postures of leg 'leg1' that meet at home"):
+        rs.derive(path)
