@@ -102,8 +102,8 @@ class InputError(RobostiffError, ValueError):
 
     def message(self) -> str:
         """The error in one sentence."""
-        facts = []
-        if not isinstance(self.got, Words) or self.got:
+        facts, is_said = [], not isinstance(self.got, Words) or bool(self.got)
+        if is_said:
             # Arrays and their numbers are shown as a user would write them.
             is_array = type(self.got).__module__ == "numpy"
             text = repr(self.got.tolist() if is_array else self.got)
