@@ -102,14 +102,13 @@ class InputError(RobostiffError, ValueError):
 
     def message(self) -> str:
         """The error in one sentence."""
-        facts = []
-        if not isinstance(self.got, Words) or self.got:
-            # Arrays and their numbers are shown as a user would write them.
-            is_array = type(self.got).__module__ == "numpy"
-            text = repr(self.got.tolist() if is_array else self.got)
-            # What is shown without quotes is a sentence, perhaps of another program.
-            limit = 600 if isinstance(self.got, str) and text == self.got else 80
-            facts.append(f"got {text if len(text) <= limit else text[: limit - 1] + '…'}")
+        facts, got = [], self.got
+        # Arrays and their numbers are shown as a user would write them.
+        shown = repr(got.tolist() if type(got).__module__ == "numpy" else got)
+        # What is shown without quotes is a sentence, perhaps of another program.
+        limit = 600 if isinstance(got, str) and shown == got else 80
+        if shown:  # UNSAID shows nothing
+            facts.append(f"got {shown if len(shown) <= limit else shown[: limit - 1] + '…'}")
         if self.expected is not None:
             facts.append(f"expected {self.expected}")
         text = self.subject

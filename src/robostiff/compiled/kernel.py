@@ -156,10 +156,7 @@ def processors() -> int:
 def whole_threads(threads: int | None, poses: int = 0) -> int:
     """A number of threads as it was given; of None, one for each 10^5 poses.
 
-    Raises
-    ------
-    InputError
-        When it is none.
+    Raises InputError when it is none.
     """
     if threads is None:
         return max(1, min(processors(), poses // _POSES_A_THREAD))

@@ -85,7 +85,8 @@ def known_frames(
             "frames of displacements and distances",
             got="unknown ones",
             expected="known ones: only points tell where instrument and markers are",
-            hint='write frames=rs.KnownFrames({"marker": [0, 0, 0.05]})',
+            hint='write frames=rs.KnownFrames({"tip": [0, 0, 0.05]}); on the '
+            'command line --marker "tip=0 0 50 mm" --instrument "0 0 0 0 0 0"',
         )
     for name in names if markers is None else ():
         if measured.markers.count(name) == 1:

@@ -90,7 +90,7 @@ def test_a_pattern_need_not_fit_joints_that_are_not_used(arm, tmp_path):
     """The fingers slide, beyond the tool; the mimic joint of the second one needs the first."""
     side = STIFF.replace("1e4", "20 kN m/rad")
     roles = robot_of(arm, with_side(tmp_path, side)).legs[0].chain.roles
-    assert [role.stiffness for role in roles] == [2e4, 2e4]
+    assert roles == (rs.Actuated(2e4), rs.Actuated(2e4, (-1.0, 2.0)))
     for tool in "finger", "other finger":
         with pytest.raises(rs.InputError, match="translational stiffness of 'grip': got '20 kN"):
             rs.load(arm, side=with_side(tmp_path, side.replace("tool: tip", f"tool: {tool}")))
