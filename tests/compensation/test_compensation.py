@@ -249,6 +249,7 @@ def test_free_coordinates_of_a_robot_of_few_freedoms_from_a_file(tmp_path):
     file.write_text("z [mm],rx [deg],ry [deg],x [mm],Fz [N]\n500,5,10,3,-50\n520,0,5,0,-50\n")
     with pytest.warns(rs.PlausibilityWarning, match="'x' is not read: it is no free coordinate"):
         program = rs.read_program(robot, file)
+    assert isinstance(program.poses, np.ndarray)
     np.testing.assert_allclose(
         program.poses, [[0.5, *np.radians([5, 10])], [0.52, 0, np.radians(5)]]
     )
