@@ -320,3 +320,13 @@ def test_histograms_and_ranks(platform):
                   lambda: found.rank_correlations("worst_deflection", 1)):  # fmt: skip
         with pytest.raises(rs.InputError):
             asked()
+
+
+def test_a_length_below_a_root_may_stand_in_a_denominator():
+    """The base of the rods of a US/UPS is turned by an angle whose cosine is one of its height."""
+    robot = rs.load("us-ups", symbols=("h",))
+    values = {"h": 1.01 * robot.nominal["h"]}
+    pose = rs.find_posture(robot.numeric).pose[0, robot.coordinate_places]
+    value, _ = rs.value_and_gradient(robot, rs.WorstDeflection(), ["h"], pose)([values["h"]])
+    exact = rs.indices(rs.load("us-ups", values), pose).worst_deflection.translational
+    assert value[0] == pytest.approx(exact, rel=1e-9)
