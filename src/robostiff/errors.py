@@ -62,6 +62,10 @@ class Words(str):
         return str(self)
 
 
+UNSAID = Words("")
+"""In place of what came, where a message is silent about it; None came where a caller gave None."""
+
+
 class InputError(RobostiffError, ValueError):
     """Input that cannot be used.
 
@@ -70,7 +74,7 @@ class InputError(RobostiffError, ValueError):
     subject : str
         What is wrong, in words (``"outer diameter"``, ``"spring stiffness"``).
     got : object, optional
-        What came.
+        What came; nothing is said of it by default.
     expected : str, optional
         What was expected.
     hint : str, optional
@@ -83,10 +87,15 @@ class InputError(RobostiffError, ValueError):
     """
 
     def __init__(
-        self, subject: str, *, got: Any = None, expected: str | None = None, hint: str | None = None
+        self,
+        subject: str,
+        *,
+        got: Any = UNSAID,
+        expected: str | None = None,
+        hint: str | None = None,
     ) -> None:
         self.subject = subject
-        self.got = got
+        self.got: Any = got
         self.expected = expected
         self.hint = hint
         super().__init__(self.message())
@@ -94,7 +103,7 @@ class InputError(RobostiffError, ValueError):
     def message(self) -> str:
         """The error in one sentence."""
         facts = []
-        if self.got is not None:
+        if not isinstance(self.got, Words) or self.got:
             # Arrays and their numbers are shown as a user would write them.
             is_array = type(self.got).__module__ == "numpy"
             text = repr(self.got.tolist() if is_array else self.got)
@@ -148,7 +157,7 @@ class FileError(InputError):
         location: Location,
         subject: str,
         *,
-        got: Any = None,
+        got: Any = UNSAID,
         expected: str | None = None,
         hint: str | None = None,
         others: Sequence[FileError] = (),

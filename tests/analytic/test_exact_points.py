@@ -73,6 +73,15 @@ def test_a_taper_of_rectangles_whose_sides_are_symbols(tmp_path):
         np.testing.assert_allclose(formula(**values), K, rtol=1e-12, atol=1e-9 * np.abs(K).max())
 
 
+def test_products_of_small_lengths_are_not_zero_and_not_equal():
+    record, (x, y) = record_of([1.3e-6, 2.9e-6], [2.1e-6, 1.7e-6])
+    small, other, product = x**8, y**8, x**4 * y**4
+    points = ExactPoints(record)
+    steps = [x.step, y.step, small.step, other.step, product.step]
+    assert all(found.step == step for step, found in points.same(steps).items())
+    assert not points.are_equal(product.step, (small.step, other.step), 1)
+
+
 x, y = sp.symbols("x y")
 p = sp.Symbol("p", positive=True)
 PARTS = [x, y, p, x + y, x - y, sp.Integer(2), sp.Integer(-3), sp.Rational(-1, 5), sp.pi]

@@ -286,3 +286,82 @@ def test_joints_that_depend_on_one_another_transmit_more(case, form, tmp_path):
         known(**values_for(derivation, at))
     with pytest.raises(InputError, match=r"is neither stretched nor folded|are independent"):
         derivation.substituted(values_for(derivation, at))
+
+
+def model(tmp_path, *, parameters, chain, platform=False):
+    """An arm, or a platform on three legs of one chain."""
+    legs = "  - name: arm\n" if not platform else "  - repeat: {count: 3, variable: i, name: leg}\n"
+    frame = "{at: [R*cos(phi), R*sin(phi), 0], turn: [{z: phi}]}"
+    if platform:
+        legs += f"    let: {{phi: i*120 deg}}\n    base: {frame}\n    platform: {frame}\n"
+    home = "home: {at: [0, 0, h]}\n" if platform else ""
+    path = tmp_path / "machine.yaml"
+    path.write_text(
+        f"robostiff: 1\nname: machine\nsource: own\nparameters: {{{parameters}}}\n{home}"
+        f"legs:\n{legs}"
+        "    chain:\n" + "".join(f"      - {{{part}}}\n" for part in chain)
+    )
+    return path
+
+
+def test_a_high_power_of_a_small_side_is_not_zero(tmp_path):
+    """Torsion of a rectangle with a side as a symbol: K was 3e-6 off, and refused as a fault."""
+    bar = "section: {rectangle: {width_y: t, height_z: 30 mm}}"
+    path = model(
+        tmp_path,
+        parameters="t: 20 mm",
+        chain=[
+            f"type: beam, to: [0.2, 0, 0], y_axis: z, material: steel, taper: [{{share: 0.4, "
+            f"section: {{circle: {{diameter: 30 mm}}}}}}, {{share: 0.6, {bar}}}]",
+            "type: revolute, axis: [1, 2, 0], role: passive",
+        ],
+    )
+    derivation = rs.derive(path)
+    for t in (0.02, 0.024, 0.04):
+        K = function_of(derivation)(t)
+        assert distance(K, rs.stiffness(rs.load(path, {"t": t})).K) < 1e-12
+
+
+BEAM = "type: beam, to: [0, 0, h], y_axis: x, material: steel, section: {circle: {diameter: 30 mm}}"
+BALL = "type: spherical, role: passive"
+
+
+@pytest.mark.parametrize(
+    "chain",
+    [
+        ["type: prismatic, axis: z, role: actuated, stiffness: 1e6 N/m", BEAM, BALL],
+        ["type: revolute, axis: y, role: actuated, stiffness: 2e4 N m/rad", BEAM, BALL],
+        [
+            "type: revolute, axis: y, role: actuated, stiffness: 2e4 N m/rad",
+            "type: revolute, axis: x, role: passive",
+            BEAM,
+            BALL,
+        ],
+    ],
+)
+def test_a_rod_or_crank_without_a_length_has_no_vectors(chain, tmp_path):
+    """`vectors` ended in a `TypeError`: a division by the length."""
+    path = model(tmp_path, parameters="R: 0.3 m, h: 0.4 m", chain=chain, platform=True)
+    derivation = rs.derive(path)
+    assert derivation.vectors is None
+    K = derivation.lambdify()(
+        *(rs.load(path, symbols=rs.ALL_PARAMETERS).nominal[s.name] for s in derivation.symbols)
+    )
+    assert distance(K, rs.stiffness(rs.load(path)).K) < 1e-12
+
+
+def test_links_that_are_folded_at_home_are_refused(tmp_path):
+    """Where no direction of the links follows from the pose, this was a `LinAlgError`."""
+    turn = "type: revolute, axis: z, role: passive, home:"
+    path = model(
+        tmp_path,
+        parameters="R: 0.3 m, h: 0.4 m, c: 0.1 m",
+        chain=[
+            "type: prismatic, axis: z, role: actuated, stiffness: 1e6 N/m",
+            *(f"{turn} 0.5", "type: rigid, to: [c, 0, 0]", f"{turn} -1"),
+            *("type: rigid, to: [c, 0, 0]", f"{turn} 0", BEAM),
+        ],
+        platform=True,
+    )
+    with pytest.raises(InputError, match="two postures of leg 'leg1' that meet at home"):
+        rs.derive(path)

@@ -311,3 +311,23 @@ def test_a_path_without_any_command(tmp_path):
     assert json.loads(data.stdout)["commanded"] == [[None] * 6]
     found = rs.compensate(rs.load("3-rrr"), [[3, 0, 0.3]], [-800, 0, 0])
     assert repr(found) == "<Compensation of 1 points, status unreachable: no command>"
+
+
+@pytest.mark.parametrize(
+    ("columns", "more", "is_warned"),
+    [("", [], True), (", Fz [N]", [], False), ("", ["--gravity=-z"], False)],
+)
+def test_a_path_without_any_load_has_a_warning(tmp_path, columns, more, is_warned):
+    file = tmp_path / "path.csv"
+    file.write_text(f"x [mm]{columns}\n10{', -100' * bool(columns)}\n", encoding="utf-8")
+    outcome = CliRunner().invoke(app, ["compensate", "hexapod", str(file), *more])
+    assert outcome.exit_code == 0, outcome.stderr
+    assert ("no load, in columns Fx Fy Fz Mx My Mz or as --gravity" in outcome.stderr) is is_warned
+
+
+def test_a_path_in_another_encoding_is_told_what_to_do(tmp_path):
+    file = tmp_path / "path.csv"
+    file.write_bytes("x [µm], Fz [N]\n10, -100\n".encode("latin-1"))
+    outcome = CliRunner().invoke(app, ["compensate", "hexapod", str(file)])
+    assert outcome.exit_code == 2
+    assert "got other bytes, expected UTF-8; save the file as UTF-8" in outcome.stderr

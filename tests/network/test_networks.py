@@ -11,6 +11,7 @@ from robostiff.analysis.verification import matrix_distance
 from robostiff.elasticity import Elasticity, beam_stiffness, elasticity_from_stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
+from robostiff.kinematics.masses_and_springs import with_masses
 from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import (
     JointElement,
@@ -307,3 +308,26 @@ def test_a_spring_with_free_and_rigid_directions():
     assert int(result.rank) == int(expected.rank) == 5
     assert matrix_distance(result.K, expected.K, 0.5) < 1e-12
     assert matrix_distance(energy_stiffness(network), expected.K, 0.5) < 1e-10
+
+
+def test_a_tapered_beam_sinks_under_its_weight_as_by_integrals(tmp_path):
+    """Its weight was shared by its ends as that of a uniform beam, 1.4 % too low."""
+    path = tmp_path / "bar.yaml"
+    path.write_text(
+        "robostiff: 1\nname: bar\nsource: own\nlegs:\n  - name: bar\n    chain:\n"
+        "      - {type: beam, to: [0.3, 0, 0], y_axis: z, material: aluminium, taper: ["
+        "{share: 0.4, section: {circle: {diameter: 50 mm}}}, "
+        "{share: 0.6, section: {circle: {diameter: 35 mm}}, material: steel}]}\n"
+    )
+    bar = network_of_snapshot(with_masses(rs.find_posture(rs.load(path))).one(0))
+    x, step = np.linspace(0.0, 0.3, 30_000, endpoint=False) + 5e-6, 1e-5
+    kinds = [rs.material(name) for name in ("aluminium", "steel")]
+    d = np.where(x < 0.12, 0.05, 0.035)
+    E, density = (np.where(x < 0.12, *(getattr(k, own) for k in kinds)) for own in ("E", "density"))
+    weight, area = 9.0 * density, np.pi * d**2 / 4
+    beyond = [np.cumsum((weight * area * own)[::-1])[::-1] * step for own in (1, x)]
+    bend = (beyond[1] - x * beyond[0]) / (E * np.pi * d**4 / 64)
+    sunk = rs.deflection(bar, gravity=[2.0, 0, -9.0]).twist
+    assert np.allclose(sunk[[2, 4]], [-np.sum(bend * (0.3 - x)) * step, np.sum(bend) * step], 1e-6)
+    stretch = np.sum(beyond[0] / (E * area)) * step * 2.0 / 9.0
+    assert np.isclose(sunk[0], stretch, rtol=1e-6)

@@ -49,6 +49,10 @@ def test_every_plot_fits_its_figure_and_no_texts_overlap(width: Width, theme: Th
         assert whole.x0 >= -0.02, name
         assert whole.x1 <= figure.get_figwidth() + 0.02, name
         assert to_hex(figure.get_facecolor()) == theme.palette.ground
+        axes = [axis for own in figure.axes for axis in (own.xaxis, own.yaxis)]
+        spaces = [axis.get_tick_space() for axis in axes]
+        with mpl.rc_context({"xtick.labelsize": 20, "ytick.labelsize": 20}):
+            assert [axis.get_tick_space() for axis in axes] == spaces, name
         legends = [own.get_legend() for own in [ax, *ax.child_axes] if own.get_legend()]
         boxes = [text.get_window_extent() for one in legends for text in one.get_texts()]
         boxes += [ax.title.get_window_extent()]

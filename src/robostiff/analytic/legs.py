@@ -349,7 +349,11 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
     steps = NamedSteps(map(str, C.free_symbols), read.definitions)
     if any(entry.is_Add for entry in C.flat()):  # a single beam needs no names
         C = steps.entries(C, "C_", _SHORT)
-    K0 = _inverse(C, steps)
+    # K^0 is written out where few directions are coupled, in named steps otherwise
+    pattern = np.array([[int(C[i, j] != 0) for j in range(C.rows)] for i in range(C.rows)])
+    coupled = connected_components(pattern, directed=False)[1]
+    is_short = np.max(np.bincount(coupled)) <= _WRITTEN_OUT
+    K0 = compliance_formula(C) if is_short else steps.inverse(C, "S_", "K_0_")
     chain = derive_chain(K0, joints, form)
     used = used_definitions(
         steps.definitions,
@@ -372,15 +376,6 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
         conditions=Unwritten(lambda: conditions_of(placed, leg.name)),
         meanings=placed.meanings,
     )
-
-
-def _inverse(C: Any, steps: NamedSteps) -> sp.ImmutableMatrix:
-    """K^0 = C^-1: written out where few directions are coupled, in named steps otherwise."""
-    n = C.rows
-    pattern = np.array([[int(C[i, j] != 0) for j in range(n)] for i in range(n)])
-    coupled = connected_components(pattern, directed=False)[1]
-    is_short = np.max(np.bincount(coupled)) <= _WRITTEN_OUT
-    return compliance_formula(C) if is_short else steps.inverse(C, "S_", "K_0_")
 
 
 _FLOOR = 1e-3  # of K of the robot, added on both sides: rounding of what vanishes is not compared

@@ -32,7 +32,13 @@ from robostiff.analytic.exact.definition import (
 )
 from robostiff.analytic.exact.element import OutsideFieldError
 from robostiff.analytic.legs import elastic_parts, passive_freedoms
-from robostiff.analytic.placement.agreement import AGREED, check_value, numbers_of, random_values
+from robostiff.analytic.placement.agreement import (
+    AGREED,
+    check_that_postures_differ,
+    check_value,
+    numbers_of,
+    random_values,
+)
 from robostiff.analytic.placement.conditions import conditions_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import (
@@ -188,6 +194,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     if not placed.symbols:
         return None  # all of it is numbers
     turned, count = dict[int, tuple[int, Image]](), len(placed.entries.legs)
+    check_that_postures_differ(placed)
     with suppress(InputError):  # of a robot without an answer the wrenches say why
         turned = _turned(placed)
     legs = {i: placed.place(i).leg for i in range(count) if i not in turned}

@@ -21,7 +21,7 @@ from robostiff.kinematics.pose import Near
 from robostiff.kinematics.turn import pose_after, turn_after, turned_point
 from robostiff.markup import InNotebooks, number
 from robostiff.model import Actuated, Robot
-from robostiff.spatial import as_floats, check_whole
+from robostiff.spatial import as_floats, check_order, check_whole
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.loading.given_loads import Gravity, Loads
 
@@ -204,7 +204,9 @@ def compensate(
         wanted = finder.at(request, near)
         pose = wanted.pose
     size = robot.space.size
-    F = as_floats("wrenches", wrenches, f"{size} numbers, or that of each point")
+    check_order("wrenches", wrenches, robot.space.wrench_order)
+    expected = f"{size} numbers, or that of each point"
+    F = as_floats("wrenches", wrenches, expected, robot.space.wrench_units)
     if F.shape not in {(size,), (len(pose), size)}:
         expected = f"({size},) or ({len(pose)}, {size}), one for each point of the path"
         raise InputError("wrenches", got=f"shape {F.shape}", expected=expected)

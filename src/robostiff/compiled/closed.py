@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.compiled.codes import ArrayCode, MachineCode, Rows, chunks_of, in_shares
 from robostiff.frozen import frozen, replace
-from robostiff.record import CLOSED, Program
+from robostiff.record import CLOSED, Program, Record
 
 if TYPE_CHECKING:
     from robostiff.recorded.closure import RecordedSteps
@@ -73,7 +73,7 @@ class ClosedCode:
 
         arrival, home = None, ()
         if isinstance(closure, RecordedClosure):
-            arrival = ArrayCode(closure.arrived(Program((), (), ())))
+            arrival = ArrayCode(closure.arrived(Program.of(Record({}), [])))
             home = tuple(closure.home.values())
         programs = (closure.begun(), closure.step, closure.arrived(program))
         first, step, last = map(ArrayCode, programs)

@@ -78,7 +78,9 @@ def read_table(
     try:
         lines = tuple(content.decode("utf-8-sig").splitlines())
     except UnicodeDecodeError:
-        raise FileError(Location(str(path)), "text", got="other bytes", expected="UTF-8") from None
+        got, hint = Words("other bytes"), "save the file as UTF-8"
+        place = Location(str(path))
+        raise FileError(place, "text", got=got, expected="UTF-8", hint=hint) from None
     return table_of(str(path), lines, units, what, others=others)
 
 

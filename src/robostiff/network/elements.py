@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise, product
 from typing import Any
 
@@ -18,13 +18,13 @@ from robostiff.elasticity import (
     beam_compliance,
     uniform_beam,
 )
-from robostiff.elasticity.beam import DEFAULT_THEORY
+from robostiff.elasticity.beam import DEFAULT_THEORY, compliance_in_series
 from robostiff.errors import InputError
 from robostiff.frozen import field, frozen
 from robostiff.model import PlacedFreedom, PlacedMass, beam_axes
 from robostiff.model.checks import vector3
 from robostiff.model.link import axes_towards, beam_mass
-from robostiff.spatial import as_float, as_floats, twist_transport
+from robostiff.spatial import as_float, as_floats, move_compliance, twist_transport
 from robostiff.spatial.batch import Float
 
 _ROUNDING = 1e-9  # of the length of a beam
@@ -53,11 +53,17 @@ class Node:
 
 @frozen
 class NodeForce:
-    """A force (3,) [N] at a point (3,) [m] of a node, world axes."""
+    """A force (3,) [N] at a point (3,) [m] of a node, and a moment (3,) [N m], world axes."""
 
     node: str
     force: np.ndarray
     point: np.ndarray
+    moment: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def wrench(self) -> np.ndarray:
+        """(6,) about its point [N, N m]."""
+        return np.append(self.force, self.moment)
 
 
 @frozen
@@ -257,6 +263,37 @@ def uniform_mass(
     if value is None:
         return ()
     return (PlacedMass(name, np.asarray(value), 0.5 * (start + end), 0, start, (0.0, 1.0)),)
+
+
+def weights_on_ends(
+    element: BeamElement | SpringElement, gravity: np.ndarray
+) -> Iterator[NodeForce]:
+    """Weights of the masses of an elastic part under a gravity (3,) [m/s^2], on its ends.
+
+    Of a tapered beam weights act on the ends of its segments. One where two of them meet is shared
+    as by a beam clamped at both ends: with the compliance C of all, and that of what is before it,
+    about its point, the far end gets ``C^-1 C_before`` of it.
+    """
+    is_spring = isinstance(element, SpringElement)
+    end = element.point if is_spring else element.end
+    beams = element.elasticity.beams if is_spring else ()
+    at = np.cumsum([own.length for own in beams]) if len(beams) > 1 else np.ones(1)
+    for mass in element.masses:
+        for own in mass.lumped((0.0, *(at / at[-1])), end):
+            i, force = own.after, own.value * gravity
+            if not is_spring or i in (0, len(at)):
+                node = element.b if i or mass.start is None else element.a
+                yield NodeForce(node, force, own.point)
+                continue
+            R, elasticity, before = element.rotation, element.elasticity, at[i - 1] - at[-1]
+            point = end + before * R[:, 0]
+            load = np.append(force, np.cross(own.point - point, force)).reshape(2, 3) @ R
+            lengths = [beam.length for beam in beams[:i]]
+            near = compliance_in_series(elasticity.pieces[:i], lengths)
+            whole = move_compliance(elasticity.compliance, np.array([before, 0.0, 0.0]))
+            far = np.linalg.solve(whole, near @ load.ravel()).reshape(2, 3)
+            for node, (F, M) in ((element.b, far @ R.T), (element.a, (load - far) @ R.T)):
+                yield NodeForce(node, F, point, M)
 
 
 def beam_stiffness_12(

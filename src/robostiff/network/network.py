@@ -32,6 +32,7 @@ from robostiff.network.elements import (
     Node,
     NodeForce,
     SpringElement,
+    weights_on_ends,
 )
 from robostiff.spatial import Space
 
@@ -140,16 +141,12 @@ class Network(FrozenSubject):
     def weights(self, gravity: np.ndarray) -> Iterator[NodeForce]:
         """Weights under a gravity (3,) [m/s^2]; elastic parts put theirs on their ends.
 
-        A uniform beam has then the deflection under its weight exactly at its ends.
+        Uniform and tapered beams have then the deflection under their weight exactly at their ends.
         """
         for node in self.nodes:
             yield from (NodeForce(node.name, m.value * gravity, m.centre) for m in node.masses)
         for element in (*self.beams, *self.springs):
-            end = element.end if isinstance(element, BeamElement) else element.point
-            for mass in element.masses:
-                for own in mass.lumped((0.0, 1.0), end):
-                    node = element.b if own.after or mass.start is None else element.a
-                    yield NodeForce(node, own.value * gravity, own.point)
+            yield from weights_on_ends(element, gravity)
 
     @cached_property
     def free_nodes(self) -> tuple[str, ...]:

@@ -322,8 +322,8 @@ class LoadedNetwork:
 
     def work_of(self, forces: Iterable[NodeForce]) -> float:
         """Of forces at bodies on their displacements [J]."""
-        d = self.equations.network.space.translations
-        return sum(float(f.force[:d] @ self.twist(f.node, f.point)[:d]) for f in forces)
+        rows = list(self.equations.network.space.rows)
+        return sum(float(f.wrench[rows] @ self.twist(f.node, f.point)) for f in forces)
 
     def twist(self, node: str, point: np.ndarray) -> np.ndarray:
         """Twist (n,) of a node about a point (3,) [m, rad]."""
@@ -437,7 +437,7 @@ def network_under_loads(
     rows = list(network.space.rows)
     each = [
         (network.platform, wrench, network.reference_point),
-        *((f.node, np.append(f.force, np.zeros(3))[rows], f.point) for f in forces),
+        *((f.node, f.wrench[rows], f.point) for f in forces),
     ]
     found = LoadedNetwork.of(system, system.forces(each), [(point, F) for _, F, point in each])
     # Without what free motions of the platform add to its displacement; motions of mechanisms that

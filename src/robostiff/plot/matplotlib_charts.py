@@ -97,6 +97,8 @@ class Canvas:
         if self.ax is not None:
             return ax
         figure: Any = ax.figure
+        for panel in figure.axes:  # ticks that are found later look like those of now
+            panel.tick_params(labelsize=SMALL, colors=self.palette.ink)
         figure.get_layout_engine().execute(figure)
         figure.set_layout_engine("none")
         box = self._within_width(figure)

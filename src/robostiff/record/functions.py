@@ -21,9 +21,10 @@ def square_root(x: Any) -> Any:
     operation, a, b = x.record.operations[x.step]
     if operation is Operation.MULTIPLY and a == b:  # known where its sign is, at all samples alike
         root = Entry(x.record, a)
-        if np.all(root.sample > 0):
+        sample = root.sample.tolist()
+        if sample and all(value > 0 for value in sample):
             return root
-        if np.all(root.sample < 0):
+        if sample and all(value < 0 for value in sample):
             return -root
     return x.apply(Operation.SQUARE_ROOT)
 

@@ -89,7 +89,8 @@ class Record:
     Parameters
     ----------
     inputs : mapping of names to (samples,) arrays
-        What the formulas depend on, with values at generic points.
+        What the formulas depend on, with values at generic points; without any, where the formulas
+        come from another record and nothing is to be decided.
     most : int, optional
         How many steps it may have. One more raises a `NoAnswerError`.
 
@@ -112,14 +113,17 @@ class Record:
         self.inputs: tuple[str, ...] = tuple(samples)
         self.most: int | None = most
         self.operations: list[tuple[Operation, Any, Any]] = []
-        self._samples: list[list[float]] = []
+        # Tuples of numbers, which the collector of garbage need not look at again and again.
+        self._samples: list[tuple[float, ...]] = []
         self.names: dict[int, str] = {}
         #: Sine and cosine of angles that come from them.
         self.turns: dict[int, tuple[Any, Any]] = {}
         self._known: dict[tuple[Operation, Any, Any], int] = {}
-        self._by_value: dict[tuple[int, int], list[int]] = {}
+        # By their leading digits, as far as they have been looked for.
+        self._by_value: dict[int, list[int]] = {}
+        self._ordered = 0
         for name, values in samples.items():
-            self._append((Operation.INPUT, name, None), values.tolist())
+            self._append((Operation.INPUT, name, None), tuple(values.tolist()))
 
     def sample(self, step: int) -> np.ndarray:
         """Value of a step at the sample points (samples,)."""
@@ -142,7 +146,7 @@ class Record:
         if name not in self.inputs:
             self.inputs = (*self.inputs, name)
             values = np.broadcast_to(np.asarray(sample, dtype=float), self.count)
-            self._append((Operation.INPUT, name, None), values.tolist())
+            self._append((Operation.INPUT, name, None), tuple(values.tolist()))
         return self.input(name)
 
     @contextmanager
@@ -161,11 +165,11 @@ class Record:
         try:
             yield
         finally:
-            for step in range(self.size - 1, size - 1, -1):
+            for step in range(self._ordered - 1, size - 1, -1):
+                self._by_value[_leading_digits(self._samples[step][0])].pop()
+            self._ordered = min(self._ordered, size)
+            while self.size > size:
                 self._known.pop(self.operations.pop(), None)  # the last may be half a step
-                alike = self._by_value.get(_leading_digits(self._samples[step][0]), [])
-                if alike[-1:] == [step]:
-                    alike.pop()
             self.inputs, self.names = inputs, names
             self.turns = {step: turn for step, turn in self.turns.items() if step < size}
 
@@ -173,24 +177,27 @@ class Record:
         """The step of a number."""
         key = (Operation.NUMBER, value, None)
         if key not in self._known:
-            self._append(key, [float(value)] * self.count)
+            self._append(key, (float(value),) * self.count)
         return self._known[key]
 
     def step(self, operation: Operation, a: int, b: int | None = None) -> int:
         """The step that does an operation on earlier ones, written once."""
-        if b is not None and operation in _SYMMETRIC and b < a:
+        if b is not None and b < a and operation in _SYMMETRIC:
             a, b = b, a
         key = (operation, a, b)
         known = self._known.get(key)
         if known is not None:
             return known
-        arguments = [self._samples[i] for i in (a, b) if i is not None]
+        if not self.count:
+            return self._append(key, ())
+        samples = self._samples
+        arguments = (samples[a],) if b is None else (samples[a], samples[b])
         # On a few floats quicker than NumPy, to the same bits; 1 / 0 would raise.
         if operation in OPERATORS and operation is not Operation.RECIPROCAL:
-            return self._append(key, list(map(OPERATORS[operation], *arguments)))
+            return self._append(key, tuple(map(OPERATORS[operation], *arguments)))
         with np.errstate(all="ignore"):
             value = NUMPY_FUNCTIONS[operation](*map(np.array, arguments))
-        return self._append(key, value.astype(float).tolist())
+        return self._append(key, tuple(value.astype(float).tolist()))
 
     def simplified(self, value: Any, scale: float = 1.0) -> Any:
         """A simpler entry or number with the same value at all samples, if there is one.
@@ -210,10 +217,12 @@ class Record:
         for number, near in ((0, _SAME * scale), (1, _SAME), (-1, _SAME)):
             if all(abs(x - number) <= near for x in samples):
                 return number
-        exponent, digits = _leading_digits(samples[0])
-        near = self._by_value.get
-        below, same, above = (exponent, digits - 1), (exponent, digits), (exponent, digits + 1)
-        for earlier in sorted([*near(below, ()), *near(same, ()), *near(above, ())]):
+        for step in range(self._ordered, self.size):
+            digits = _leading_digits(self._samples[step][0])
+            self._by_value.setdefault(digits, []).append(step)
+        self._ordered = self.size
+        digits, near = _leading_digits(samples[0]), self._by_value.get
+        for earlier in sorted([*near(digits - 1, ()), *near(digits, ()), *near(digits + 1, ())]):
             if earlier >= value.step:
                 break
             other = self._samples[earlier]  # the same up to one sign
@@ -230,19 +239,20 @@ class Record:
 
     def needed(self, outputs: Iterable[int]) -> list[int]:
         """The steps on which some others depend, in order, themselves included."""
-        wanted = set()
-        waiting = list(outputs)
+        wanted = set(outputs)
+        waiting, operations = list(wanted), self.operations
         while waiting:
-            step = waiting.pop()
-            if step not in wanted:
-                wanted.add(step)
-                waiting.extend(self.arguments(step))
+            operation, a, b = operations[waiting.pop()]
+            for step in () if operation in _IDLE else (a,) if b is None else (a, b):
+                if step not in wanted:
+                    wanted.add(step)
+                    waiting.append(step)
         return sorted(wanted)
 
     def arguments(self, step: int) -> tuple[int, ...]:
         """The steps on which a step works."""
         operation, a, b = self.operations[step]
-        if operation in (Operation.INPUT, Operation.NUMBER):
+        if operation in _IDLE:
             return ()
         return (a,) if b is None else (a, b)
 
@@ -250,26 +260,26 @@ class Record:
         """Cost of some steps, in additions."""
         return sum(COSTS[self.operations[step][0]] for step in self.needed(outputs))
 
-    def _append(self, key: tuple[Operation, Any, Any], sample: list[float]) -> int:
+    def _append(self, key: tuple[Operation, Any, Any], sample: tuple[float, ...]) -> int:
         step = len(self.operations)
         if step == self.most:
             raise NoAnswerError(f"a record of more than {self.most} operations")
         self._samples[step:] = [sample]
         self.operations.append(key)
         self._known[key] = step
-        self._by_value.setdefault(_leading_digits(sample[0]), []).append(step)
         return step
 
 
-def _leading_digits(x: float) -> tuple[int, int]:
+def _leading_digits(x: float) -> int:
     """Exponent and some ten digits of a size, to find steps of nearly the same value."""
     if not math.isfinite(x):
-        return 0, 0
+        return 0
     mantissa, exponent = math.frexp(abs(x))
-    return exponent, int(mantissa * _DIGITS)
+    return 2 * _DIGITS * exponent + int(mantissa * _DIGITS)
 
 
 _SYMMETRIC = {Operation.ADD, Operation.MULTIPLY, Operation.LEAST}
+_IDLE = (Operation.INPUT, Operation.NUMBER)
 # They do the arithmetic entry by entry themselves.
 _ARRAYS = (np.ndarray, list, tuple)
 #: Numbers that a formula may hold beside entries: floats, or exact SymPy numbers.

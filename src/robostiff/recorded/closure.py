@@ -69,7 +69,7 @@ class RecordedSteps:
     # What is computed from the same at the end; what stays open (squared), and a number that is
     # positive where all is well, come last
     arrival: Program
-    # The first step, or several of them, where these are other ones
+    # The first step, or several of them, from the inputs alone, where these are other ones
     first: Program | None = None
     first_steps: int = 1  # how many it takes
     # How many are usually enough, and how many may be taken
@@ -82,10 +82,8 @@ class RecordedSteps:
         return self.start | BEFORE_FIRST
 
     def arrived(self, program: Program) -> Program:
-        """A program at the end of the steps, as one of inputs and state."""
-        record = self.empty_record((*self.inputs, *self.state))
-        values = {name: record.input(name) for name in record.inputs}
-        return Program.of(record, self.ended(program, values))
+        """A program at the end of the steps, as one of inputs and state, which it is here."""
+        return program
 
     def composed(self, program: Program) -> Program:
         """The same with the steps before it, from the inputs alone."""
@@ -94,6 +92,8 @@ class RecordedSteps:
 
     def begun(self) -> Program:
         """The first steps, from the inputs alone: much in them is known."""
+        if self.first is not None:
+            return self.first
         record, values = self._after(self.first_steps)
         return Program.of(record, [values[name] for name in self.state])
 
@@ -113,7 +113,7 @@ class RecordedSteps:
 
     def empty_record(self, names: Sequence[str]) -> Record:
         """A record in which nothing is decided by samples: what is alike at home need not stay."""
-        return Record({name: np.array([self.state.get(name, 0.0)]) for name in names})
+        return Record(dict.fromkeys(names, ()))
 
 
 # Part of a determinant's size at home below which the careful closure looks at the assembly mode.
@@ -197,6 +197,12 @@ class RecordedClosure(RecordedSteps):
             if name in known
         }
         return rates | ({by: 1} if by in known else {})
+
+    def arrived(self, program: Program) -> Program:
+        """A program of leg coordinates at the end of the steps, as one of inputs and state."""
+        record = self.empty_record((*self.inputs, *self.state))
+        values = {name: record.input(name) for name in record.inputs}
+        return Program.of(record, self.ended(program, values))
 
     def ended(self, program: Program, values: Mapping[str, Any]) -> list[Any]:
         """Those of a program of leg coordinates, then the last two of the arrival."""

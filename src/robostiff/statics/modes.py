@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache, cached_property
+from copy import copy
+from functools import cache, cached_property, partial
+from operator import getitem
 from typing import Any
 
 import numpy as np
@@ -153,10 +155,16 @@ class Modes(StatusOfPoses, InNotebooks):
     space: Space
     status_codes: np.ndarray
     squares: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    shapes: Callable[[], np.ndarray] = lambda: np.zeros((0, 0))
+    shapes: Callable[[], np.ndarray] = field(default=lambda: np.zeros((0, 0)), compare=False)
     posed: Snapshot | Network | CableRobot | None = None
-    find: Callable[[], FoundEquilibrium | None] = lambda: None
-    one: Callable[[int], Modes] | None = None
+    find: Callable[[], FoundEquilibrium | None] = field(default=lambda: None, compare=False)
+    one: Callable[[int], Modes] | None = field(default=None, compare=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy or a pickle has: all of it worked out."""
+        shapes, find = partial(copy, self.shapes()), partial(copy, self.equilibrium)
+        one = None if self.one is None else partial(getitem, self.poses)
+        return vars(self) | {"shapes": shapes, "find": find, "one": one}
 
     @cached_property
     def equilibrium(self) -> FoundEquilibrium | None:

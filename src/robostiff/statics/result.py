@@ -46,7 +46,9 @@ def _of_each(find: Callable[[Equilibrium], Any]) -> property:
 
     @wraps(find)
     def found(self: Equilibrium) -> Any:
-        known = self._known(find.__name__)
+        known = self.known.get(find.__name__)
+        if find.__name__ == "pose" and isinstance(self.solutions, OnDemand):
+            known = self.solutions.poses(self.rows, self.known["displacement"])
         if self.batch_shape:
             return self._of_all(find.__name__, known)
         is_known = known is not None and np.all(np.isfinite(known))
@@ -389,11 +391,6 @@ class Equilibrium(StatusOfPoses, InNotebooks):
     def _carried(self) -> CarriedLoads:
         self._require()
         return self.solution.carried
-
-    def _known(self, name: str) -> Any:
-        if name == "pose" and isinstance(self.solutions, OnDemand):
-            return self.solutions.poses(self.rows, self.known["displacement"])
-        return self.known.get(name)
 
     def _of_all(self, name: str, known: np.ndarray | None) -> np.ma.MaskedArray:
         """A property of all (N, ...), masked where a row has none: what is read there is no number.

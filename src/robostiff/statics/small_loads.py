@@ -108,7 +108,7 @@ def deflection(
     options: dict[str, Any] = {"at": at, "near": near, "tolerance": tolerance}
     has_springs = isinstance(robot, Robot | Snapshot) and bool(robot.springs)
     if loads is None and gravity is None and not has_springs:
-        return deflection_under_wrench(robot, pose, () if wrench is None else wrench, **options)
+        return deflection_under_wrench(robot, pose, wrench, **options)
     none = np.zeros(3) if gravity is None else gravity
     if isinstance(robot, Linkage | Network):
         network = postures_of(robot, pose, near).robot

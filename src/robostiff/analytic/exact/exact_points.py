@@ -24,6 +24,7 @@ from robostiff.record import OPERATORS, Operation, Record
 
 _DIGITS = 40
 _ACCURATE = 140  # bits of a ball that are compared
+_NOTHING = 1e-40  # size of a ball around zero that is zero, and relative difference of equal values
 _POINTS = 2
 _SHORT = 8  # characters of a number that was meant as it is written
 _LARGEST = 4  # of the whole numbers and halves that stand for themselves
@@ -92,7 +93,10 @@ class ExactPoints:
             values = self.values(step)
             negative, key = bool(values[0] < 0), None
             with flint.ctx.workprec(BITS):
-                twice, *others = dict.fromkeys((2 * x).unique_fmpz() for x in values)
+                # Products of small lengths may be as small, but their balls do not contain zero.
+                zero = [0 in x and abs(x) < _NOTHING for x in values]
+                halves = (0 if zero[i] else (2 * x).unique_fmpz() for i, x in enumerate(values))
+                twice, *others = dict.fromkeys(halves)
                 if all(x.is_finite() and x.rel_accuracy_bits() >= _ACCURATE for x in values):
                     sized = (-x if negative else x for x in values)
                     key = tuple(x.str(_DIGITS, radius=False) for x in sized)
@@ -108,8 +112,10 @@ class ExactPoints:
     def are_equal(self, step: int, factors: tuple[int, int], sign: int) -> bool:
         """Whether a step is a product of two others, or its negative."""
         with flint.ctx.workprec(BITS):
-            each = zip(*map(self.values, (step, *factors)), strict=True)
-            return all(bool(ball.overlaps(sign * a * b)) for ball, a, b in each)
+            return all(
+                bool(abs(ball - sign * a * b) <= _NOTHING * abs(ball))
+                for ball, a, b in zip(*map(self.values, (step, *factors)), strict=True)
+            )
 
     def number(self, value: Any) -> Any:
         """The ball of a number."""

@@ -79,23 +79,27 @@ def numbers_of(placed: PlacedRobot) -> RobotInNumbers:
         When the legs reach none of the poses near home that the formula is for, or two postures of
         a leg meet at home.
     """
+    check_that_postures_differ(placed)
     where = f"{placed.robot.name!r} {placed.where}"
-    for solver in placed.solvers:
-        # Of two postures in one at the nominal values none can be chosen.
-        if _has_meeting_postures(solver):
-            name = solver.leg.name
-            raise InputError(
-                f"formula of {where}",
-                got=f"two postures of leg {name!r} that meet at home, at the end of reach",
-                expected="values of the model at which home coordinates choose one of them",
-                hint="derive it with other values of the model, and put yours in: "
-                'derivation.subs({"name": value})',
-            )
     places = tuple(closed_places(placed))
     symbols = tuple(s for name, s in placed.symbols.items() if name in places[0][0])
     values, nominal = places[0][0], placed.robot.nominal
     general = all(values[name] != x for name, x in nominal.items() if name in values)
     return RobotInNumbers(where, symbols, places, general, placed.length)
+
+
+def check_that_postures_differ(placed: PlacedRobot) -> None:
+    """Refuse a leg of which two postures are one at the nominal values: none can be chosen."""
+    for solver in placed.solvers:
+        if _has_meeting_postures(solver):
+            name = solver.leg.name
+            raise InputError(
+                f"formula of {placed.robot.name!r} {placed.where}",
+                got=f"two postures of leg {name!r} that meet at home, at the end of reach",
+                expected="values of the model at which home coordinates choose one of them",
+                hint="derive it with other values of the model, and put yours in: "
+                'derivation.subs({"name": value})',
+            )
 
 
 @kept

@@ -234,7 +234,8 @@ def rod_of(
         along = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
     crank, length, width = map(write, (crank, length, width))
     known = {name: np.moveaxis(x, 0, -1) for name, x in known.items()}
-    for side in (1, -1):
+    divisors = {Carrier.NOTHING: (), Carrier.SLIDE: (length,)}.get(carrier, (crank, length))
+    for side in (1, -1) if all(x != 0 for x in divisors) else ():
         bar = Bar(carrier, vectors, crank, length, width, Numbers(count, dict(known)), side)
         closure = closure_of(bar, platform, bar.length, bar.crank, side)
         for e in (*closure, *across_of(bar, is_unit=False)):

@@ -149,7 +149,12 @@ class Walk:
             if len(places) == 1:
                 self.turn((("xyz"[places[0]], axis[places[0]] * angle),))
             else:  # there, about x, and back
-                there = _axes_along(axis)
+                if any(x.free_symbols for x in map(sp.sympify, axis)):
+                    raise UnusualPartError
+                e = np.array(axis, dtype=float)
+                across = np.cross(e, np.eye(3)[np.argmin(np.abs(e))])
+                across /= np.linalg.norm(across)
+                there = np.stack([e, across, np.cross(e, across)], axis=1)
                 self.turn(turns_of(there))
                 self.turn((("x", angle),))
                 self.turn(turns_of(there.T))
@@ -256,16 +261,6 @@ def _sum(terms: Sequence[tuple[int, VectorExpression]]) -> VectorExpression:
     if not terms:
         return _ZERO
     return terms[0][1] if len(terms) == 1 and terms[0][0] > 0 else Sum(*terms)
-
-
-def _axes_along(axis: Sequence[Any]) -> np.ndarray:
-    """A rotation (3, 3) that brings x to a unit vector in numbers."""
-    if any(x.free_symbols for x in map(sp.sympify, axis)):
-        raise UnusualPartError
-    e = np.array(axis, dtype=float)
-    across = np.cross(e, np.eye(3)[np.argmin(np.abs(e))])
-    across /= np.linalg.norm(across)
-    return np.stack([e, across, np.cross(e, across)], axis=1)
 
 
 def turns_of(R: Any) -> _Turns:

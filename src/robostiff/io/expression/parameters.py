@@ -11,7 +11,7 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Any
 
-from robostiff.errors import InputError, Words, warn_of_slip
+from robostiff.errors import UNSAID, InputError, Words, warn_of_slip
 from robostiff.io.expression.expression import Expression, known_names, parse
 from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics
 from robostiff.io.suggest import did_you_mean
@@ -30,7 +30,7 @@ class ParameterError(InputError):
         self,
         name: str,
         *,
-        got: Any = None,
+        got: Any = UNSAID,
         expected: str | None = None,
         hint: str | None = None,
         within: str | None = None,

@@ -17,7 +17,7 @@ from xml.parsers import expat
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.errors import FileError, InputError, Location, Words, warn_of_slip
+from robostiff.errors import UNSAID, FileError, InputError, Location, Words, warn_of_slip
 from robostiff.extras import READERS, added
 from robostiff.frozen import frozen
 from robostiff.io.bounded_file import bounded_bytes
@@ -315,7 +315,12 @@ class RigidTree:
         return out
 
     def error(
-        self, subject: str, *, got: Any = None, expected: str | None = None, hint: str | None = None
+        self,
+        subject: str,
+        *,
+        got: Any = UNSAID,
+        expected: str | None = None,
+        hint: str | None = None,
     ) -> FileError:
         """An error in the description."""
         return FileError(Location(self.file), subject, got=got, expected=expected, hint=hint)

@@ -99,7 +99,11 @@ def refined(step: PathStep) -> CriticalPoint | float:
         # It leaps at a corner, as where a cable becomes slack: the mode is that behind it.
         leaving = min(at_ends, key=lambda end: least_margin(end).value)
         return point_at(leaving)
-    return replace(point_at(best), factor=_at_zero(factors))
+    # the polynomial through the four points nearest to it
+    nearest = sorted(factors.items(), key=lambda pair: abs(pair[0]))[:4]
+    margins, values = zip(*nearest, strict=True)
+    through = Polynomial.fit(margins, values, len(margins) - 1)
+    return replace(point_at(best), factor=float(through(0.0)))
 
 
 def _on_a_smooth_way(step: PathStep) -> CriticalPoint | None:
@@ -182,12 +186,6 @@ def singular(step: PathStep) -> CriticalPoint | None:
     factor = float(Polynomial.fit(along, [one.factor for one in equilibria], most)(h))
     words = "rigid bars lie in a singular posture, where another assembly mode begins"
     return CriticalPoint(factor, words, None, np.zeros(left.problem.size), False, left)
-
-
-def _at_zero(factors: dict[float, float]) -> float:
-    """Load factor at the margin 0, by the polynomial through the four points nearest to it."""
-    margins, values = zip(*sorted(factors.items(), key=lambda pair: abs(pair[0]))[:4], strict=True)
-    return float(Polynomial.fit(margins, values, len(margins) - 1)(0.0))
 
 
 #: A margin above which Newton's method has not passed a critical load, if its steps were direct.

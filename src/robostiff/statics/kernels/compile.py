@@ -22,7 +22,7 @@ from robostiff.kinematics import JointCoordinates, Posture, PostureFinder, postu
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.entries import formulas
 from robostiff.record import Program, Record
-from robostiff.recorded import parameter_samples, record_at_joints, record_robot, sample_postures
+from robostiff.recorded import parameter_samples, sample_postures
 from robostiff.spatial import as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.problem import EquilibriumProblem
@@ -190,9 +190,6 @@ def _recorded(
 ) -> CompiledLoading:
     """A record of a robot under load, confirmed and run by NumPy."""
     finder = posture_finder(robot.numeric)
-    recorded = record_robot(robot, finder)
-    if depends_on_what_is_held(recorded, robot, finder):
-        recorded = record_at_joints(robot, finder)
     loaded_postures = _loaded_postures(finder, standing)
     force = _small_force(robot, [posture.problem for posture in loaded_postures])
     try:
@@ -202,7 +199,6 @@ def _recorded(
             loaded_postures,
             force,
             standing,
-            by_pose=not recorded.joints,
             platforms=platforms,
             drives=drives,
             sites=sites,
@@ -216,18 +212,12 @@ def _recorded(
         space=robot.space,
         code=ClosedCode.of(loading, loading.arrival, ArrayCode),
     )
-    closure = None
-    if recorded.closure is not None:
-        names = recorded.joints
+    closing, names, closure = loading.closure, loading.joints, None
+    if closing is not None and not depends_on_what_is_held(names, closing, finder):
         record = Record({name: np.array([1.0]) for name in names})
         joints = Program.of(record, [record.input(name) for name in names])
-        closure = Kernel(
-            recorded.closure.inputs,
-            (),
-            ("open", "mode"),
-            robot.space,
-            ClosedCode.of(recorded.closure, joints, ArrayCode),
-        )
+        code = ClosedCode.of(closing, joints, ArrayCode)
+        closure = Kernel(closing.inputs, (), ("open", "mode"), robot.space, code)
     found = CompiledLoading(
         robot,
         standing,
