@@ -244,6 +244,24 @@ def test_euler_angles_in_and_out(hexapod, tmp_path, order):
         assert float(last[f"{name}_cmd [deg]"]) == pytest.approx(value, abs=1e-9)
 
 
+def test_free_coordinates_of_a_robot_of_few_freedoms_from_a_file(tmp_path):
+    robot, file = rs.load("3-prs"), tmp_path / "path.csv"
+    file.write_text("z [mm],rx [deg],ry [deg],x [mm],Fz [N]\n500,5,10,3,-50\n520,0,5,0,-50\n")
+    with pytest.warns(rs.PlausibilityWarning, match="'x' is not read: it is no free coordinate"):
+        program = rs.read_program(robot, file)
+    assert isinstance(program.poses, np.ndarray)
+    np.testing.assert_allclose(
+        program.poses, [[0.5, *np.radians([5, 10])], [0.52, 0, np.radians(5)]]
+    )
+    found = rs.compensate(robot, program.poses, program.wrenches)
+    assert not found.status_codes.any()
+    with pytest.warns(rs.PlausibilityWarning, match="not read"):
+        turned = rs.read_program(robot, file, angles="xyz")
+    assert isinstance(turned.poses, np.ndarray)
+    wanted = Rotation.from_euler("xyz", [[5, 10, 0], [0, 5, 0]], degrees=True).as_rotvec()[:, :2]
+    np.testing.assert_allclose(turned.poses[:, 1:], wanted)
+
+
 def test_joints_of_an_arm_from_a_file(arm, tmp_path):
     names = arm.legs[0].chain.coordinate_names
     file = tmp_path / "path.csv"

@@ -322,6 +322,16 @@ def test_histograms_and_ranks(platform):
             asked()
 
 
+def test_a_length_below_a_root_may_stand_in_a_denominator():
+    """The base of the rods of a US/UPS is turned by an angle whose cosine is one of its height."""
+    robot = rs.load("us-ups", symbols=("h",))
+    values = {"h": 1.01 * robot.nominal["h"]}
+    pose = rs.find_posture(robot.numeric).pose[0, robot.coordinate_places]
+    value, _ = rs.value_and_gradient(robot, rs.WorstDeflection(), ["h"], pose)([values["h"]])
+    exact = rs.indices(rs.load("us-ups", values), pose).worst_deflection.translational
+    assert value[0] == pytest.approx(exact, rel=1e-9)
+
+
 def test_a_spread_in_a_text_is_in_any_unit_of_its_parameter() -> None:
     robot = rs.load("gough-stewart-b", symbols=("R", "k"))
     assert robot.units == {"R": "m", "k": "N/m"}

@@ -146,7 +146,7 @@ def value_and_gradient(
     by : sequence of str
         Names of the parameters.
     poses : (N, n) array or JointCoordinates, optional
-        Free pose coordinates [m, rad]; home when left out.
+        Free pose coordinates [m, rad]; the home of the nominal robot when left out.
 
     Returns
     -------

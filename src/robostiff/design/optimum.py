@@ -212,7 +212,7 @@ def optimise(
     variables : mapping of str to (float, float)
         The range of each parameter that may change [SI].
     poses : (N, n) array or JointCoordinates, optional
-        Free pose coordinates [m, rad]; home when left out.
+        Free pose coordinates [m, rad]; the home of the nominal robot when left out.
     constraints : sequence of Within
         Such as ``[rs.mass_below(60), rs.Within(rs.WorstDeflection(), most=2e-8)]``.
     combine : Worst, Mean or PNorm

@@ -254,7 +254,7 @@ def tolerances(
     outputs : sequence of Output
         Of one number a pose.
     poses : (N, n) array or JointCoordinates, optional
-        Free pose coordinates [m, rad]; home when left out.
+        Free pose coordinates [m, rad]; the home of the nominal robot when left out.
     samples : int
         Rounded up to eight times a power of two.
     seed, threads : int
@@ -441,7 +441,7 @@ def sobol_indices(
     output : Output
         Of one number a pose.
     pose : (n,) array or JointCoordinates, optional
-        Free pose coordinates [m, rad]; home when left out.
+        Free pose coordinates [m, rad]; the home of the nominal robot when left out.
     samples : int
         A power of two; ``samples (n + 2)`` robots are computed.
 

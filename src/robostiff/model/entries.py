@@ -221,7 +221,8 @@ class Symbolic:
         squares = {x.base for x in powers if getattr(x.exp, "q", 1) == 2 and x.base.is_Add}
         nominal = {x: self.nominal[str(x)] for x in self.symbols} if squares else {}
         hint = "a beam turns round there: load the model with such values to compile it"
-        for factor, times in (pair for x in squares for pair in sp.sqf_list(x)[1]):
+        parts = (part for x in squares for part in sp.fraction(sp.together(x)))
+        for factor, times in (pair for part in parts for pair in sp.sqf_list(part)[1]):
             if times % 2 == 0 and not factor.is_positive:
                 value = factor if factor.subs(nominal) > 0 else -factor
                 bounds.append((self.name, Bounds(str(value), value, hint=hint)))

@@ -71,7 +71,7 @@ def equilibrium(
         and elastic parts in any arrangement; or cables, which pull as at rest without the loads.
     pose : RigidTransform, array, JointCoordinates or None
         The unloaded posture, as for `stiffness`; a batch (N, 6) gives an answer at each.
-        Of a linkage the coordinates of its joints, by name.
+        Of a linkage the coordinates of its joints by name, or of all that are actuated.
     wrench : (6,) array, or (3,) for a planar robot
         Force [N] and moment [N m] of the environment on the platform about `at`, in world axes,
         which keep their directions while the platform moves; none when left out. A batch (N, 6)

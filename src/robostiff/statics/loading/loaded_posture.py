@@ -14,7 +14,14 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept, kept_for_last
-from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
+from robostiff.kinematics import (
+    ActuatorCoordinates,
+    Near,
+    Posture,
+    find_posture,
+    with_body_springs,
+    with_masses,
+)
 from robostiff.kinematics.masses_and_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
@@ -260,7 +267,8 @@ def _(robot: Robot, pose: Any, near: Near) -> Postures:
 
 @_postures_of.register(Linkage)
 def _(robot: Linkage, pose: Any, near: Near) -> Postures:
-    return postures_of(network_at(robot, pose), None, near)
+    values = pose.values if isinstance(pose, ActuatorCoordinates) else pose
+    return postures_of(network_at(robot, values), None, near)
 
 
 @_postures_of.register(Network)
