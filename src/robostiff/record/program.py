@@ -91,7 +91,7 @@ class Program:
         for old in record.needed(wanted):
             if old in place:
                 continue
-            operation, a, b = record.operations[old]
+            operation, a, b = record.operation(old)
             place[old] = new = len(operations)
             if operation is Operation.NUMBER:
                 numbers[new], a = (a if exact else float(a)), None

@@ -230,7 +230,7 @@ def assembled(
     # the comparisons by which the legs choose a branch
     radicands, losses = dict[int, Any](), []
     for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
-        operation, a, b = record.operations[step]
+        operation, a, b = record.operation(step)
         if operation is Operation.SQUARE_ROOT and lower_bound(record, a) < 0:
             radicands[a] = _as_part(Entry(record, a))
         elif operation is Operation.GREATER:
