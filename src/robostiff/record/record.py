@@ -7,7 +7,7 @@ import operator
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from enum import Enum
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -115,7 +115,7 @@ class Record:
         # Columns and tuples of numbers, which the collector of garbage need not look at again.
         self.operations: list[Operation] = []
         self.a: list[Any] = []
-        self.b: list[int | None] = []
+        self.b: list[Any] = []
         self._samples: list[tuple[float, ...]] = []
         self.names: dict[int, str] = {}
         #: Sine and cosine of angles that come from them.
@@ -217,6 +217,8 @@ class Record:
         if not isinstance(value, Entry):
             short = shortened(value)
             return 0 if short is not value and abs(float(short)) <= _SAME * scale else short
+        if not self.count:
+            return value
         samples = self._samples[value.step]
         for number, near in ((0, _SAME * scale), (1, _SAME), (-1, _SAME)):
             if all(abs(x - number) <= near for x in samples):
@@ -404,9 +406,7 @@ class Entry:
         if operation is Operation.NEGATE:
             return Entry(record, record.a[step])
         if operation is Operation.SUBTRACT:
-            return Entry(
-                record, record.step(operation, cast("int", record.b[step]), record.a[step])
-            )
+            return Entry(record, record.step(operation, record.b[step], record.a[step]))
         return Entry(record, record.step(Operation.NEGATE, step))
 
     def __truediv__(self, other: Any) -> Any:
