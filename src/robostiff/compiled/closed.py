@@ -75,8 +75,8 @@ class ClosedCode:
         if isinstance(closure, RecordedClosure):
             arrival = ArrayCode(closure.arrived(Program.of(Record({}), [])))
             home = tuple(closure.home.values())
-        programs = (closure.begun(), closure.step, closure.arrived(program))
-        first, step, last = map(ArrayCode, programs)
+        program = closure.arrived(program)
+        first, step, last = map(ArrayCode, (closure.begun, closure.step, program))
         few = StepCodes(first, step, last, arrival)
         whole = closure.composed(program) if closure.step.operations <= _LONGEST else None
         is_short = whole is not None and whole.operations <= _LONGEST

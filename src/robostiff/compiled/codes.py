@@ -6,6 +6,7 @@ import ctypes
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, cached_property, partial
+from itertools import islice
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -231,21 +232,16 @@ class ArrayCode(_Code):
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
         n = inputs.shape[1]
         found = self.at_one(inputs[:, 0].tolist()) if n == 1 else None
+        if found is None and n <= _FEW:
+            with np.errstate(all="ignore"):
+                found = self.program.evaluated(dict(zip(self.program.inputs, inputs, strict=True)))
         if found is None:
             in_shares(partial(self._fill, inputs, outputs), n, threads, _CHUNK)
             return
         for row, value in zip(outputs, found, strict=True):
-            row[0] = value
+            row[:] = value
 
     def _fill(self, inputs: np.ndarray, outputs: Rows, part: slice) -> None:
-        if part.stop - part.start <= _FEW:
-            program = self.program
-            values = dict(zip(program.inputs, inputs[:, part], strict=True))
-            with np.errstate(all="ignore"):
-                found = program.evaluated(values)
-            for row, value in zip(outputs, found, strict=True):
-                row[part] = value
-            return
         instructions, results, numbers, count = self._plan
         rows = np.empty((count, min(_CHUNK, part.stop - part.start)))
         with np.errstate(all="ignore"):  # out of reach, roots are nan, which the guard detects
@@ -274,18 +270,13 @@ class ArrayCode(_Code):
 
         Rows are reused when no longer needed.
         """
-        steps, outputs, first_row = (
-            self.program.steps,
-            self.program.outputs,
-            len(self.program.inputs),
-        )
-        last = {k: i for i, pair in enumerate(zip(steps.a, steps.b, strict=True)) for k in pair}
-        kept, where, rows = set(outputs), list(range(first_row)), first_row
+        steps, first_row = self.program.steps, len(self.program.inputs)
+        last = {k: i for i, (_, *pair) in enumerate(steps) for k in pair}
+        kept, where, rows = set(self.program.outputs), list(range(first_row)), first_row
         free, numbers, instructions = list[int](), list[float](), list[_Instruction]()
-        for i in range(first_row, len(steps.a)):
-            a, b = steps.a[i], steps.b[i]
+        for i, (operation, a, b) in enumerate(islice(steps, first_row, None), first_row):
             if a < 0:
-                numbers.append(float(steps.numbers[i]))
+                numbers.append(steps.numbers[i])
                 where.append(-len(numbers))
                 continue
             # The result may take the place of an argument.
@@ -294,9 +285,10 @@ class ArrayCode(_Code):
             row = free.pop() if free else rows
             rows += row == rows
             second = None if b < 0 else where[b]
-            instructions.append((NUMPY_FUNCTIONS[steps.operations[i]], where[a], second, row))
+            instructions.append((NUMPY_FUNCTIONS[operation], where[a], second, row))
             where.append(row)
-        return instructions, [where[k] for k in outputs], numbers[::-1], rows - first_row
+        results = [where[k] for k in self.program.outputs]
+        return instructions, results, numbers[::-1], rows - first_row
 
 
 @frozen

@@ -87,11 +87,10 @@ class OnePose:
         steps = self.program.steps
         numbers = [0.0] * len(steps.a)
         for i, number in steps.numbers.items():
-            numbers[i] = float(number)
-        columns = steps.operations, steps.a, steps.b
+            numbers[i] = number
         instructions = [
             (i, _FUNCTIONS[operation], a, a if b < 0 else b)
-            for i, (operation, a, b) in enumerate(zip(*columns, strict=True))
+            for i, (operation, a, b) in enumerate(steps)
             if a >= 0
         ]
         return numbers, instructions
@@ -132,17 +131,15 @@ def written_steps(
     ([('v0', 'x[0]'), ('v5', '((v0 * v0) + 1.0) * 2.0')], ['v5'])
     """
     uses = Counter(program.outputs)
-    steps = program.steps
-    columns = steps.operations, steps.a, steps.b
-    for operation, *places in zip(*columns, strict=True):
+    for operation, *places in program.steps:
         template = expressions.get(operation, "")
         for key, k in zip(("{a}", "{b}"), places, strict=True):
             uses[k] += template.count(key)
     lines, known, depths = [], [], []
-    for i, (operation, a, b) in enumerate(zip(*columns, strict=True)):
+    for i, (operation, a, b) in enumerate(program.steps):
         depth = 0
         if operation is Operation.NUMBER:
-            number = float(steps.numbers[i])
+            number = program.steps.numbers[i]
             known.append(f"({number!r})" if number < 0 else repr(number))
         else:
             arguments = {key: k for key, k in (("a", a), ("b", b)) if k >= 0}

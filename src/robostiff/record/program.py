@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from enum import IntFlag
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -32,10 +33,13 @@ class ProgramSteps:
     operations: list[Operation]
     a: list[int]  # places of the arguments; -1 of none
     b: list[int]
-    numbers: Mapping[int, Any]  # by place
+    numbers: Mapping[int, float]  # by place
 
     def __hash__(self) -> int:
         return hash(tuple(self.operations))
+
+    def __iter__(self) -> Iterator[tuple[Operation, int, int]]:
+        return zip(self.operations, self.a, self.b, strict=True)
 
 
 @frozen
@@ -65,36 +69,29 @@ class Program:
 
     @classmethod
     def of(
-        cls,
-        record: Record,
-        outputs: Sequence[Any],
-        *,
-        inputs: Sequence[str] | None = None,
-        exact: bool = False,
+        cls, record: Record, outputs: Sequence[Any], inputs: tuple[str, ...] | None = None
     ) -> Program:
-        """The program that computes entries of a record, or gives numbers.
+        """The program that computes entries of a record, or gives numbers, which become floats.
 
         Parameters
         ----------
         record : Record
         outputs : sequence of Entry or number
-        inputs : sequence of str, optional
+        inputs : tuple of str, optional
             Those of the record on which the outputs depend, or more; all when left out.
-        exact : bool
-            Whether numbers of SymPy stay exact; otherwise they become floats.
         """
         wanted = [step_of(record, x) for x in outputs]
-        inputs = record.inputs if inputs is None else tuple(inputs)
+        inputs = record.inputs if inputs is None else inputs
         place = {record.input(name).step: i for i, name in enumerate(inputs)}
-        numbers, count = dict[int, Any](), len(place)
+        numbers, count = dict[int, float](), len(place)
         operations, first, second = [Operation.INPUT] * count, [-1] * count, [-1] * count
         for old in record.needed(wanted):
             if old in place:
                 continue
-            operation, a, b = record.operations[old]
+            operation, a, b = record.operation(old)
             place[old] = new = len(operations)
             if operation is Operation.NUMBER:
-                numbers[new], a = (a if exact else float(a)), None
+                numbers[new], a = float(a), None
             operations.append(operation)
             first.append(-1 if a is None else place[a])
             second.append(-1 if b is None else place[b])
@@ -121,9 +118,7 @@ class Program:
         """
         table = NUMPY_FUNCTIONS if functions is None else functions
         known, steps = [values[name] for name in self.inputs], self.steps
-        rest = slice(len(known), None)
-        columns = steps.operations[rest], steps.a[rest], steps.b[rest]
-        for operation, a, b in zip(*columns, strict=True):
+        for operation, a, b in islice(steps, len(known), None):
             if b >= 0:
                 known.append(table[operation](known[a], known[b]))
             elif a >= 0:
@@ -133,17 +128,14 @@ class Program:
         return [known[i] for i in self.outputs]
 
     def as_data(self) -> dict[str, Any]:
-        """The program as JSON has it: a letter for each operation, and places of its arguments.
-
-        Numbers become floats.
-        """
+        """The program as JSON has it: a letter for each operation, and places of its arguments."""
         steps = self.steps
         return {
             "inputs": list(self.inputs),
             "operations": "".join(_LETTERS[operation] for operation in steps.operations),
             "a": steps.a,
             "b": steps.b,
-            "numbers": [float(x) for x in steps.numbers.values()],
+            "numbers": list(steps.numbers.values()),
             "outputs": list(self.outputs),
         }
 

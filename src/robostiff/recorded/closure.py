@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from functools import reduce
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
@@ -85,31 +85,22 @@ class RecordedSteps:
         """A program at the end of the steps, as one of inputs and state, which it is here."""
         return program
 
-    def composed(self, program: Program) -> Program:
+    def composed(self, arrived: Program) -> Program:
         """The same with the steps before it, from the inputs alone."""
-        record, values = self._after(self.steps)
-        return Program.of(record, self.ended(program, values))
+        record = self.empty_record(self.inputs)
+        values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
+        for step in [self.begun, *[self.step] * (self.steps - self.first_steps)]:
+            values |= zip(self.state, step.evaluated(values, ENTRY_FUNCTIONS), strict=True)
+        return Program.of(record, arrived.evaluated(values, ENTRY_FUNCTIONS))
 
+    @cached_property
     def begun(self) -> Program:
         """The first steps, from the inputs alone: much in them is known."""
         if self.first is not None:
             return self.first
-        record, values = self._after(self.first_steps)
-        return Program.of(record, [values[name] for name in self.state])
-
-    def _after(self, steps: int) -> tuple[Record, dict[str, Any]]:
-        """Inputs and state after some steps, as entries of a record of the inputs."""
         record = self.empty_record(self.inputs)
-        values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
-        values |= self.state
-        for step in [self.first or self.step, *[self.step] * (steps - self.first_steps)]:
-            after = step.evaluated(values, ENTRY_FUNCTIONS)
-            values |= zip(self.state, after, strict=True)
-        return record, values
-
-    def ended(self, program: Program, values: Mapping[str, Any]) -> list[Any]:
-        """Results of a program at the end of the steps."""
-        return program.evaluated(values, ENTRY_FUNCTIONS)
+        values = self.state | {name: record.input(name) for name in self.inputs}
+        return Program.of(record, self.step.evaluated(values, ENTRY_FUNCTIONS))
 
     def empty_record(self, names: Sequence[str]) -> Record:
         """A record in which nothing is decided by samples: what is alike at home need not stay."""
@@ -199,13 +190,9 @@ class RecordedClosure(RecordedSteps):
         return rates | ({by: 1} if by in known else {})
 
     def arrived(self, program: Program) -> Program:
-        """A program of leg coordinates at the end of the steps, as one of inputs and state."""
+        """Those of a program of leg coordinates, then the last two of the arrival."""
         record = self.empty_record((*self.inputs, *self.state))
         values = {name: record.input(name) for name in record.inputs}
-        return Program.of(record, self.ended(program, values))
-
-    def ended(self, program: Program, values: Mapping[str, Any]) -> list[Any]:
-        """Those of a program of leg coordinates, then the last two of the arrival."""
         gap, mode = self.arrival.evaluated(values, ENTRY_FUNCTIONS)[-2:]
         at_joints = {**values, **self._joints_at(values)}
         for by in self.inputs:
@@ -213,7 +200,7 @@ class RecordedClosure(RecordedSteps):
             if not set(names).isdisjoint(program.inputs):
                 rates = self.rates(by).evaluated(values, ENTRY_FUNCTIONS)
                 at_joints |= zip(names, rates, strict=True)
-        return [*program.evaluated(at_joints, ENTRY_FUNCTIONS), gap, mode]
+        return Program.of(record, [*program.evaluated(at_joints, ENTRY_FUNCTIONS), gap, mode])
 
     def _joints_at(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Coordinates of all legs at values of inputs and unknowns."""

@@ -230,7 +230,7 @@ def assembled(
     # the comparisons by which the legs choose a branch
     radicands, losses = dict[int, Any](), []
     for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
-        operation, a, b = record.operations[step]
+        operation, a, b = record.operation(step)
         if operation is Operation.SQUARE_ROOT and lower_bound(record, a) < 0:
             radicands[a] = _as_part(Entry(record, a))
         elif operation is Operation.GREATER:
@@ -277,32 +277,25 @@ def _as_part(value: Entry) -> Any:
 
 
 def place_robot(
-    robot: Robot,
-    finder: PostureFinder,
-    most: int | None = None,
-    *,
-    weighs: bool = False,
-    follows: bool = True,
+    robot: Robot, finder: PostureFinder, most: int | None = None, weighs: bool | None = None
 ) -> tuple[RobotOnEntries, RecordedClosure | None]:
     """A robot on entries at its poses, where its legs have closed forms; else at its joints.
 
-    Of the latter there is a closure from pose coordinates, where one serves. `follows`: whether the
-    platform is at its pose then, and joints that follow are no inputs. For the rest see
-    `RobotOnEntries.of`.
+    Of the latter there is a closure from pose coordinates, where one serves. The platform is at its
+    pose then, and joints that follow are no inputs. Under load all joints are inputs, and it is
+    said whether masses are placed (`weighs`). See `RobotOnEntries.of`.
     """
     by_joints = robot.is_posed_by_joints
     if not by_joints and all(s.recorded_form is not None for s in finder.solvers):
-        here = RobotOnEntries.of(robot, finder, by_pose=True, most=most, weighs=weighs)
+        here = RobotOnEntries.of(robot, finder, by_pose=True, most=most, weighs=bool(weighs))
         # Where a leg misses the platform at generic poses, the other coordinates must follow.
         if all(np.all(part.sample >= 0) for part in here.recorded.reach if isinstance(part, Entry)):
             return here, None
-    closure = None
+    closure, options = None, {"by_pose": False, "weighs": bool(weighs)}
     if not by_joints:
         closure = record_closure(robot, finder, tuple(_joint_samples(robot, finder)), most)
-    by = closure if follows else None
-    return RobotOnEntries.of(
-        robot, finder, by_pose=False, closure=by, most=most, weighs=weighs
-    ), closure
+    by = closure if weighs is None else None
+    return RobotOnEntries.of(robot, finder, closure=by, most=most, **options), closure
 
 
 def record_robot(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:

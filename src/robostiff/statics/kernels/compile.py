@@ -190,18 +190,11 @@ def _recorded(
 ) -> CompiledLoading:
     """A record of a robot under load, confirmed and run by NumPy."""
     finder = posture_finder(robot.numeric)
-    loaded_postures = _loaded_postures(finder, standing)
-    force = _small_force(robot, [posture.problem for posture in loaded_postures])
+    placed = _loaded_postures(finder, standing)
+    force = _small_force(robot, [posture.problem for posture in placed])
     try:
         loading = record_loading(
-            robot,
-            finder,
-            loaded_postures,
-            force,
-            standing,
-            platforms=platforms,
-            drives=drives,
-            sites=sites,
+            robot, finder, placed, force, standing, platforms=platforms, drives=drives, sites=sites
         )
     except RigidLegError as error:
         raise _rigid(robot) from error

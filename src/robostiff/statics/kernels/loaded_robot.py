@@ -15,15 +15,8 @@ from robostiff.kinematics import PostureFinder
 from robostiff.model import PlacedMass, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.record import Entry, Program, derivatives_along, is_zero, least
-from robostiff.recorded import Factors, RecordedRobot, factors_of, flags_of
-from robostiff.recorded.closure import (
-    BEFORE_FIRST,
-    LAST,
-    RecordedClosure,
-    RecordedSteps,
-    contraction,
-    handed_on,
-)
+from robostiff.recorded import Factors, RecordedClosure, RecordedRobot, factors_of, flags_of
+from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import place_robot
 from robostiff.spatial import Space, skew
 from robostiff.statics.chains.legs import LegEquations
@@ -330,7 +323,7 @@ def record_loading(
     gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
     springs = finder.robot.springs
     weigh = bool(np.any(gravity))
-    here, closure = place_robot(robot, finder, weighs=weigh, follows=False)
+    here, closure = place_robot(robot, finder, weighs=weigh)
     record, unloaded = here.record, here.recorded
     random, count = np.random.default_rng(7), record.count
     # Some samples are without load: what vanishes there is no pivot.
