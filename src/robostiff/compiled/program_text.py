@@ -70,7 +70,7 @@ _WIDTH_OF_ESTIMATES = 8  # AVX-512 estimates reciprocals of roots of doubles
 _MOST_VECTORS, _ROOM = 4, 2**15
 #: Operations beyond which machine code is made quickly. Its parts are functions then, so many each:
 #: what is not kept in registers has a place of its own on the stack.
-LONG, _PARTS_A_FUNCTION = 4500, 10
+LONG, _PARTS_A_FUNCTION = 6000, 10
 
 
 def text_of(program: Program, width: int, length: int | None) -> str:
