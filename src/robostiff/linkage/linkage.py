@@ -202,7 +202,7 @@ class Linkage(Symbolic, Subject):
             if name not in known:
                 raise InputError("joint", got=name, expected=f"one of {', '.join(known)}")
 
-    def checked(self, values: JointValues) -> dict[str, np.ndarray]:
+    def checked(self, values: Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
         """Coordinates by joint as arrays.
 
         Raises
