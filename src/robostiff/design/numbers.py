@@ -171,10 +171,8 @@ def value_and_gradient(
     numbers = NumbersOfDesigns.of(robot, [output], by, poses)
 
     def found(values: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        given = np.asarray(values, dtype=float)
-        if given.shape != (len(by),):
-            expected = f"{len(by)} numbers: {', '.join(by)}"
-            raise InputError("values of parameters", got=f"shape {given.shape}", expected=expected)
+        expected = f"{len(by)} numbers: {', '.join(by)}"
+        given = as_floats("values of parameters", values, expected, None, (len(by),))
         value, rates, _ = numbers.at(given)
         return value[0], rates[0]
 

@@ -21,7 +21,7 @@ from robostiff.markup import InNotebooks, number
 from robostiff.model import Robot
 from robostiff.record import least
 from robostiff.recorded import RecordedRobot
-from robostiff.spatial import Space
+from robostiff.spatial import Space, as_float, as_floats
 
 # Of the range of a variable, or of a limit: what counts as reached.
 _REACHED = 1e-6
@@ -32,6 +32,7 @@ _PRECISION, _MOST_STEPS = 1e-12, 300
 _ROUNDED, _NO_DESCENT = 1e-9, 8
 # In place of the objective where there is no answer, so that a step is shortened.
 _FAR = 1e6
+_NUMBER = "a number in SI units"
 
 
 @frozen
@@ -53,6 +54,9 @@ class Within:
             raise InputError(
                 f"limits of {self.output.name}", got="none", expected="most=, least= or both"
             )
+        for word in ("most", "least"):
+            if (x := getattr(self, word)) is not None:
+                as_float(f"{word} of {self.output.name}", x, _NUMBER)
 
     @property
     def bounds(self) -> list[tuple[str, float, float]]:
@@ -245,9 +249,12 @@ def optimise(
     outputs = {output.name: output for output in (objective, *(each.output for each in limits))}
     rows = {name: k for k, name in enumerate(outputs)}
     numbers = NumbersOfDesigns.of(robot, [*outputs.values()], names, poses)
-    x = np.array([(start or {}).get(name, robot.nominal.get(name, np.nan)) for name in names])
+    start = {
+        name: as_float(f"start of {name}", own, _NUMBER) for name, own in (start or {}).items()
+    }
+    x = np.array([start.get(name, robot.nominal.get(name, np.nan)) for name in names])
     x = np.clip(np.where(np.isfinite(x), x, 0.5 * (low + high)), low, high)
-    first = _at_start(robot, numbers, x, start or {}, (low, high))
+    first = _at_start(robot, numbers, x, start, (low, high))
     size = float(np.max(np.abs(first[0]))) or 1.0
     n = len(names)
 
@@ -383,11 +390,10 @@ def _ranges(variables: Mapping[str, tuple[float, float]]) -> np.ndarray:
         raise InputError(
             "variables", got="none", expected="names with ranges", hint='write {"R": (0.4, 0.6)}'
         )
-    ends = np.array([*map(tuple, variables.values())], dtype=float)
-    if ends.shape != (len(variables), 2) or not np.all(ends[:, 0] < ends[:, 1]):
-        raise InputError(
-            "ranges of variables", got=dict(variables), expected="a lower and a higher value each"
-        )
+    subject, expected = "ranges of variables", "a lower and a higher value each"
+    ends = np.array([as_floats(subject, own, expected, None, (2,)) for own in variables.values()])
+    if not np.all(ends[:, 0] < ends[:, 1]):
+        raise InputError(subject, got=dict(variables), expected=expected)
     return ends.T
 
 

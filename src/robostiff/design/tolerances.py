@@ -23,7 +23,7 @@ from robostiff.io.expression import parameter_values
 from robostiff.kinematics import JointCoordinates
 from robostiff.markup import InNotebooks, number, percent
 from robostiff.model import Robot
-from robostiff.spatial import check_whole
+from robostiff.spatial import as_float, check_whole
 
 # Sequences of points that know nothing of one another: their spread is the error of a quantile.
 _SEQUENCES = 8
@@ -79,7 +79,8 @@ def _deviation(spread: Uniform | Normal, robot: Robot, name: str) -> float:
         expected = "a text with a unit, as its nominal value is zero"
         raise InputError(subject, got=given, expected=expected)
     else:
-        size = abs(nominal) * float(given)
+        expected = "a part of the nominal value, or a text with a unit"
+        size = abs(nominal) * as_float(subject, given, expected)
     if not (np.isfinite(size) and size > 0):
         raise InputError(subject, got=given, expected="more than zero")
     return size / 3**0.5 if is_uniform else size

@@ -25,7 +25,7 @@ from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.markup import number
 from robostiff.model import Robot, gravity_vector
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, refuse_quantities
 
 _ROUNDS = 20
 
@@ -267,6 +267,7 @@ def identify(
         if name not in names:
             raise InputError("bounds", got=name, expected=f"one of {', '.join(names)}")
         k = names.index(name)
+        refuse_quantities(f"bounds of {name}", pair, "least < largest")
         if not (len(pair) == 2 and pair[0] < pair[1]):
             raise InputError(f"bounds of {name}", got=pair, expected="least < largest")
         low[k], high[k] = max(low[k], pair[0]), pair[1]

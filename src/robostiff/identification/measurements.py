@@ -21,16 +21,18 @@ from robostiff.identification.measurement_kinds import (
 )
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, in_si
 
-# What each reading has, by its kind; and in arrays, by numbers a reading and what stands for none.
+# What each reading has, by its kind; and in arrays, by numbers a reading, what stands for none, and
+# the units of quantities: readings of several kinds have several, and are plain numbers.
 _EACH: dict[str, type] = {
     **{"kinds": Reading, "markers": str, "drives": str, "axes": LoadAxes},
     **{"directions": int, "bodies": str},
 }
 _ARRAYS = {
-    **{"values": (6, np.nan), "sigma": (6, np.nan), "hooks": (3, np.nan), "toward": (3, np.nan)},
-    **{"wrenches": (6, 0.0), "forces": (3, 0.0), "sigma_wrench": (6, 0.0)},
+    **dict.fromkeys(("values", "sigma"), (6, np.nan, None)),
+    **{"hooks": (3, np.nan, "m"), "toward": (3, np.nan, None), "forces": (3, 0.0, "N")},
+    **dict.fromkeys(("wrenches", "sigma_wrench"), (6, 0.0, ("N",) * 3 + ("N m",) * 3)),
 }
 
 
@@ -121,8 +123,9 @@ class Measurements:
             **{name: _column(name, getattr(self, name), count, t) for name, t in _EACH.items()},
         }
         has_poses = Reading.POSE in changed["kinds"]
-        for name, (most, none) in _ARRAYS.items():
+        for name, (most, none, units) in _ARRAYS.items():
             numbers = none if getattr(self, name) is None else getattr(self, name)
+            numbers = in_si(name, numbers, "numbers in SI units", units)
             size = 3 if name in ("values", "sigma") and not has_poses else most
             changed[name] = _rows(name, numbers, count, size, may_miss=none != 0)
         references = (-1,) * count if self.references is None else tuple(self.references)
