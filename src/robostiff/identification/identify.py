@@ -44,7 +44,8 @@ class KnownFrames:
     markers : mapping of str to (3,) array, or None
         In the platform frame [m].
     instrument : (6,) array or None
-        Its place in the world [m], and the rotation vector from world to instrument axes [rad].
+        Its place in the world [m], and the rotation vector that takes components in world axes to
+        those in instrument axes [rad], the opposite of that of a pose.
     turns : mapping of str to (3,) array, or None
         Of markers whose poses are read: rotation vectors from their axes to those of the platform.
     """
