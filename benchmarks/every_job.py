@@ -50,6 +50,18 @@ whole, *many = (timed(lambda: rs.stiffness(other, poses).K) for _ in range(15))
 print(f"{{first:.1f}} ms, then {{np.median(calls):.2f}}; 10^5 poses {{whole:.0f}} ms, then "
       f"{{np.median(many[:4]) / 100:.2f}} us a pose, {{min(many[8:]) / 100:.2f}} by machine code")
 """
+RECORDS = """
+import time, numpy as np, robostiff as rs
+for name in ("hexapod", "six-joint-arm", "3-rps", "delta", "h4"):
+    robot, start = rs.load(name), time.process_time()
+    fast, home, made = rs.compile_loaded(robot), rs.find_posture(robot), time.process_time()
+    poses = np.tile(home.pose[:, robot.coordinate_places], (1000, 1))
+    if robot.is_posed_by_joints:
+        poses = rs.JointCoordinates(np.tile(home.coordinates[0], (1000, 1)))
+    fast.evaluate(poses, np.zeros(robot.space.size))
+    print(f"{name} {made - start:.2f} + {time.process_time() - made:.2f}",
+          end=", " if name != "h4" else " s")
+"""
 NETWORK = """
 import time
 from network import lattice, condense
@@ -218,6 +230,7 @@ ROWS: tuple[tuple[str, str, Callable[[], str]], ...] = (
     ("hexapod: one pose", "0.1 ms", one_pose),
     ("hexapod: 10^5 poses, by machine code", "1 us a pose", many_poses),
     ("hexapod: under load", "2 ms, 5 us compiled", loads),
+    ("recorded under load + first 1000 poses", "", lambda: alone(RECORDS)),
     ("other machines: one pose", "1 ms", other_machines),
     ("network of 10^4 beams: build and K", "1.5 s, 200 MB", lambda: alone(NETWORK)),
     ("map of 49,000 / 51,000 poses", "no step", maps),

@@ -50,7 +50,7 @@ from robostiff.analysis.compiled_stiffness import compile_stiffness
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import Backend, StiffnessMatrix, kernel_of, machine_code_is_available
 from robostiff.kinematics import PostureFinder
-from robostiff.recorded import record_at_pose
+from robostiff.recorded import record_robot
 
 PLACES = [(i, j) for i in range(6) for j in range(i, 6)]
 BY_HAND = "closed form (25) in C, by hand"
@@ -86,7 +86,7 @@ def hexapod_rows(count: int) -> tuple[list[Row], list[str]]:
     poses = random_poses(count)
     inputs = np.ascontiguousarray(poses.T)
     few, fewer = poses[: max(count // 20, 1)], poses[: max(count // 400, 1)]
-    recorded = record_at_pose(robot, PostureFinder(robot))
+    recorded = record_robot(robot, PostureFinder(robot))
     rows: list[Row] = []
     if machine_code_is_available():
         for has_flags, name in ((False, "K"), (True, "K, rank and trust")):

@@ -18,7 +18,7 @@ from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import StiffnessMatrix, kernel_of
 from robostiff.kinematics import JointCoordinates, PostureFinder
 from robostiff.model import Chain, Coordinate, Passive, Robot, universal
-from robostiff.recorded import record_at_joints, record_at_pose
+from robostiff.recorded import record_at_joints, record_robot
 
 SHIPPED = ("hexapod", "3-puu", "3-rrr", "3-rpr-beams", "tripteron", "six-joint-arm")
 ALLOWED = 1e-9
@@ -60,7 +60,7 @@ def robots_table(count: int, turns: int) -> None:
         finder = PostureFinder(robot)
         start = time.perf_counter()
         closed = robot.home is not None and all(s.closed_form for s in finder.solvers)
-        recorded = (record_at_pose if closed else record_at_joints)(robot, finder)
+        recorded = (record_robot if closed else record_at_joints)(robot, finder)
         record_time = time.perf_counter() - start
         base = recorded.record
         samples = np.array([base.input(x).sample for x in base.inputs])

@@ -134,8 +134,7 @@ class _Kinds:
                 words = _in_words(str(parameter.annotation), self._hints[key])
                 alone = isinstance(value, str) and re.search(r"(Sequence|Iterable|tuple)\[", words)
                 hint = f"write [{value!r}]" if alone and len(value) < _SHOWN else None
-                got = Words(value) if value is None else value
-                return InputError(f"{name} of {subject}", got=got, expected=words, hint=hint)
+                return InputError(f"{name} of {subject}", got=value, expected=words, hint=hint)
         return None
 
 

@@ -62,6 +62,10 @@ class Words(str):
         return str(self)
 
 
+UNSAID = Words("")
+"""In place of what came, where a message is silent about it; None came where a caller gave None."""
+
+
 class InputError(RobostiffError, ValueError):
     """Input that cannot be used.
 
@@ -70,7 +74,7 @@ class InputError(RobostiffError, ValueError):
     subject : str
         What is wrong, in words (``"outer diameter"``, ``"spring stiffness"``).
     got : object, optional
-        What came.
+        What came; nothing is said of it by default.
     expected : str, optional
         What was expected.
     hint : str, optional
@@ -83,24 +87,28 @@ class InputError(RobostiffError, ValueError):
     """
 
     def __init__(
-        self, subject: str, *, got: Any = None, expected: str | None = None, hint: str | None = None
+        self,
+        subject: str,
+        *,
+        got: Any = UNSAID,
+        expected: str | None = None,
+        hint: str | None = None,
     ) -> None:
         self.subject = subject
-        self.got = got
+        self.got: Any = got
         self.expected = expected
         self.hint = hint
         super().__init__(self.message())
 
     def message(self) -> str:
         """The error in one sentence."""
-        facts = []
-        if self.got is not None:
-            # Arrays and their numbers are shown as a user would write them.
-            is_array = type(self.got).__module__ == "numpy"
-            text = repr(self.got.tolist() if is_array else self.got)
-            # What is shown without quotes is a sentence, perhaps of another program.
-            limit = 600 if isinstance(self.got, str) and text == self.got else 80
-            facts.append(f"got {text if len(text) <= limit else text[: limit - 1] + '…'}")
+        facts, got = [], self.got
+        # Arrays and their numbers are shown as a user would write them.
+        shown = repr(got.tolist() if type(got).__module__ == "numpy" else got)
+        # What is shown without quotes is a sentence, perhaps of another program.
+        limit = 600 if isinstance(got, str) and shown == got else 80
+        if shown:  # UNSAID shows nothing
+            facts.append(f"got {shown if len(shown) <= limit else shown[: limit - 1] + '…'}")
         if self.expected is not None:
             facts.append(f"expected {self.expected}")
         text = self.subject
@@ -148,7 +156,7 @@ class FileError(InputError):
         location: Location,
         subject: str,
         *,
-        got: Any = None,
+        got: Any = UNSAID,
         expected: str | None = None,
         hint: str | None = None,
         others: Sequence[FileError] = (),

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import dataclasses
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, FrozenInstanceError, field, replace
 from operator import attrgetter
 from reprlib import recursive_repr
 from typing import Any, TypeVar, dataclass_transform, overload
 
-__all__ = ["field", "frozen", "replace"]
+__all__ = ["are_equal", "field", "frozen", "replace"]
 
 _Class = TypeVar("_Class", bound=type)
 
@@ -75,6 +75,7 @@ def _methods(cls: Any) -> tuple[Callable[..., Any], ...]:
     names = frozenset(x.name for x in fields)
     shown = [x.name for x in fields if x.repr]
     compared = _values([x.name for x in fields if x.compare])
+    has_arrays = False  # among the values of some object of the class
 
     @recursive_repr()
     def __repr__(self: Any) -> str:
@@ -82,9 +83,15 @@ def _methods(cls: Any) -> tuple[Callable[..., Any], ...]:
         return f"{self.__class__.__qualname__}({values})"
 
     def __eq__(self: Any, other: object) -> bool:
+        nonlocal has_arrays
         if other.__class__ is not self.__class__:
             return NotImplemented
-        return compared(self) == compared(other)
+        if not has_arrays:
+            try:
+                return compared(self) == compared(other)
+            except ValueError:  # of NumPy: an array of truth values has none itself
+                has_arrays = True
+        return are_equal(compared(self), compared(other))
 
     def __hash__(self: Any) -> int:
         return hash(compared(self))
@@ -100,6 +107,31 @@ def _methods(cls: Any) -> tuple[Callable[..., Any], ...]:
         super(cls, self).__delattr__(name)
 
     return _init(cls, fields), __repr__, __eq__, __hash__, __setattr__, __delattr__
+
+
+def are_equal(one: Any, other: Any) -> bool:
+    """Whether two values are equal; arrays are where all of their entries are, or are no numbers.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> are_equal((np.ones(3), "beam"), (np.ones(3), "beam")), are_equal(np.ones(3), np.ones(2))
+    (True, False)
+    """
+    if one is other:
+        return True
+    if hasattr(one, "shape") or hasattr(other, "shape"):
+        import numpy as np
+
+        are_floats = all(isinstance(x, np.ndarray) and x.dtype == float for x in (one, other))
+        return np.array_equal(one, other) or (
+            are_floats and np.array_equal(one, other, equal_nan=True)
+        )
+    if isinstance(one, tuple | list) and type(one) is type(other):
+        return len(one) == len(other) and all(map(are_equal, one, other))
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(are_equal(one[k], other[k]) for k in one)
+    return bool(one == other)
 
 
 def _values(names: Sequence[str]) -> Callable[[Any], tuple[Any, ...]]:

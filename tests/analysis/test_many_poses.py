@@ -397,3 +397,13 @@ def test_a_structure_is_answered_by_its_record_where_it_stands(
     assert not asked_of_direct_form
     assert np.abs(K - direct.K).max() < 1e-10 * K.max()
     assert rs.stiffness(robot, [0, 0.1, 0.6, 0, 0, 0]).status == rs.Status.UNREACHABLE
+
+
+def test_postures_and_verifications_are_shown_in_a_line():
+    robot = rs.load("3-puu")
+    assert repr(rs.find_posture(robot)) == "<Posture of '3-puu' at 1 pose, 1 within reach>"
+    apart = rs.find_posture(robot, [[0, 0, 0.3], [1.0, 0, 0.3]])
+    assert repr(apart) == "<Posture of '3-puu' at 2 poses, 1 within reach>"
+    shown = repr(rs.verify(robot))
+    assert shown.startswith("<Verification of '3-puu': saddle-point agrees, block agrees, ")
+    assert "\n" not in shown

@@ -3,6 +3,7 @@
 import numpy as np
 import sympy as sp
 
+import robostiff as rs
 from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.exact.exact_points import ExactPoints
 from robostiff.record import Record, cosine, sine
@@ -32,6 +33,44 @@ def test_floats_that_agree_to_12_digits_are_not_equal():
     assert same[one.step].step is None
     assert same[one.step].factor == 1
     assert same[near.step].step == near.step
+
+
+def test_what_is_small_is_not_zero_and_not_the_same():
+    record, (x,) = record_of([0.03, 0.02])
+    power = x
+    for _ in range(27):
+        power = power * x  # 2e-43
+    same = ExactPoints(record).same([x.step, power.step, (power * 2).step])
+    assert [own.step for own in same.values()] == [x.step, power.step, (power * 2).step]
+    points, square = ExactPoints(record), x * x
+    points.same([x.step, power.step, square.step])
+    assert not points.are_equal(power.step, (x.step, square.step), 1)
+
+
+BAR = """robostiff: 1
+name: tapered bar
+source: made up
+parameters: {d: 30 mm, e: 20 mm}
+legs:
+  - name: bar
+    chain:
+      - type: beam
+        to: [300 mm, 0, 0]
+        y_axis: z
+        material: steel
+        taper:
+          - {share: 0.4, section: {rectangle: {width_y: d, height_z: e}}}
+          - {share: 0.6, section: {rectangle: {width_y: e, height_z: d/2}}}
+"""
+
+
+def test_a_taper_of_rectangles_whose_sides_are_symbols(tmp_path):
+    file = tmp_path / "bar.yaml"
+    file.write_text(BAR)
+    formula = rs.derive(file, symbols=("d", "e"), form=rs.Steps()).lambdify()
+    for values in ({"d": 0.027, "e": 0.019}, {"d": 0.01, "e": 0.05}):
+        K = rs.stiffness(rs.load(file, values)).K
+        np.testing.assert_allclose(formula(**values), K, rtol=1e-12, atol=1e-9 * np.abs(K).max())
 
 
 def test_products_of_small_lengths_are_not_zero_and_not_equal():

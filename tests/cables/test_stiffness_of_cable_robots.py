@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.cables import structure_matrix
+from robostiff.cables import structure_matrix, wrench_derivative
 from robostiff.spatial import Space, skew
 from tests.cables.machines import cable_robot, random_robot
 from tests.campaign.bodies import minimum
@@ -49,6 +50,30 @@ def test_matrix_of_a_robot_is_that_of_its_energy(name):
     bodies = suspended(robot, np.append(robot.home.p, np.zeros(3)), result.tensions)
     exact = np.linalg.inv(minimum(bodies, np.zeros(6)).compliance)
     np.testing.assert_allclose(result.K, exact, rtol=1e-10, atol=1e-10 * np.abs(exact).max())
+
+
+def test_a_wrench_that_is_held_changes_by_its_derivative():
+    robot = cable_robot("cable-8")
+    result = rs.cable_stiffness(robot, None, [20.0, -10, 30, 1, 2, -1])
+    start, weight = result.reference_point, robot.weight
+    assert weight is not None
+
+    def held(d: np.ndarray) -> np.ndarray:
+        R = Rotation.from_rotvec(d[3:]).as_matrix()
+        forces = [(np.zeros(3), np.asarray(weight.force))]
+        for cable, tension, k in zip(robot.cables, result.tensions, result.axial, strict=True):
+            arm, before = R @ cable.attachment, cable.exit_point - start - cable.attachment
+            v = cable.exit_point - start - d[:3] - arm
+            length = np.linalg.norm(v)
+            stretched = k * (length - np.linalg.norm(before))
+            forces.append((arm, (tension + stretched) * v / length))
+        return -np.sum([np.append(f, np.cross(arm, f)) for arm, f in forces], axis=0)
+
+    h = 1e-6
+    rates = np.stack([held(h * e) - held(-h * e) for e in np.eye(6)], axis=1) / (2 * h)
+    derivative = wrench_derivative(result.K, held(np.zeros(6)))
+    np.testing.assert_allclose(derivative, rates, atol=1e-9 * np.abs(rates).max())
+    assert np.abs(result.K - rates).max() > 0.5  # of the moment
 
 
 def test_batch_is_pose_by_pose():

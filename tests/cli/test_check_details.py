@@ -25,6 +25,19 @@ def test_coordinates_that_the_legs_leave_no_room_for(tmp_path):
     assert "write coordinates: [z, rx, ry], or leave it out" in outcome.stderr
 
 
+def test_free_directions_of_springs_are_counted(tmp_path):
+    file, k = tmp_path / "table.yaml", "1e8 N/m"
+    place = "      - {type: universal, axes: [y, x], role: passive}\n"
+    for written, words in {
+        f"stiffness: [{k}, {k}, {k}, 0, 0, 0]": "bearing (3 free directions), universal1 (passive)",
+        f"stiffness: [{k}, {k}, {k}, 1e5, 1e5, 0]": "bearing (1 free direction), universal1",
+        "compliance: [1e-8, 1e-8, 1e-8, 0, 0, 0]": "bearing, universal1 (passive)",
+    }.items():
+        spring = f"      - {{type: spring, name: bearing, {written}}}\n"
+        file.write_text(TABLE.replace(place, spring + place))
+        assert f"leg1: {words}" in run(str(file)).stdout
+
+
 @pytest.mark.parametrize("ending", [".png", ".svg"])
 def test_picture(tmp_path, ending):
     file = tmp_path / f"robot{ending}"

@@ -107,6 +107,11 @@ def test_new_robot_like_a_shipped_one():
     np.testing.assert_array_equal(rs.stiffness(mine).K, rs.stiffness(delta).K)
 
 
+def test_a_new_robot_that_is_called_like_a_shipped_one_has_a_warning():
+    assert "delta alone is the shipped robot: write delta.yaml" in run("new", "delta").stderr
+    assert run("new", "my-delta").stderr == ""
+
+
 @pytest.mark.parametrize("name", ["no", "12", "1e8", "0o17", 'a"b', "x: y", "#1", "ümlaut"])
 def test_any_name_stays_a_text(name):
     assert run("new", name).exit_code == 0

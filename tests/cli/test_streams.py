@@ -98,6 +98,14 @@ def test_letters_that_the_output_does_not_have():
     assert "write to a file with -o, or set PYTHONIOENCODING=utf-8" in refused.stderr
 
 
+def test_micrometres_where_there_is_no_micro():
+    outcome = shell(f"{RUN} deflection hexapod --wrench 'Fx=1 N'", PYTHONIOENCODING="ascii")
+    assert outcome.returncode == 0, outcome.stderr
+    assert "0.055938 um" in outcome.stdout
+    assert "urad" in outcome.stdout
+    assert "\\x" not in outcome.stdout
+
+
 def test_an_interruption_ends_with_a_message():
     out = err = ""
     for patience in (2, 10, 60):  # until it waits for a model: a busy machine takes its time

@@ -96,6 +96,46 @@ def test_the_reference_point_of_a_tool_arrives_with_the_platform(name):
     np.testing.assert_allclose(found.deviation, [-moved], rtol=1e-9, atol=1e-13)
 
 
+@pytest.mark.parametrize("length", [-0.25, -3.0])
+def test_a_long_tool_arrives_though_the_platform_turns_as_it_moves(length):
+    robot = replace(rs.load("examples/tricept.yaml"), reference_point=np.array([0, 0, length]))
+    home, wrench = rs.find_posture(robot).pose[0], [200.0, 300, -100, 0, 0, 0]
+    path = home[robot.coordinate_places] + np.array([[0.05, 0.05, 0.05], [-0.1, 0.1, 0]])
+    found = rs.compensate(robot, path, wrench)
+    for command, pose in zip(found.coordinates, found.target, strict=True):
+        answer = rs.equilibrium(robot, command, wrench)
+        wanted = pose[:3] + Rotation.from_rotvec(pose[3:]).apply(robot.reference_point)
+        np.testing.assert_allclose(answer.point, wanted, atol=1e-12)
+
+
+def test_a_hybrid_machine_is_corrected_in_its_free_coordinates():
+    robot = rs.load("examples/tricept-with-head.yaml")
+    path = np.array([[0.1, 0, -1.6, 0.1, 0.2], [0.1, 0.1, -1.6, 0.2, -0.1]])
+    found = rs.compensate(robot, path, [200.0, 10, -30, 1, 2, 3])
+    assert found.drives.shape == (2, 5)
+    assert np.abs(found.residual[:, robot.coordinate_places]).max() < 1e-12
+    for command, target, missing in zip(found.commanded, found.target, found.residual, strict=True):
+        off = loaded_pose(robot, command, np.array([200.0, 10, -30, 1, 2, 3])) - target
+        np.testing.assert_allclose(off[:3], -missing[:3], atol=1e-12)
+
+
+def test_six_coordinates_that_the_legs_do_not_allow_are_out_of_reach():
+    robot = rs.load("3-prs")
+    home = rs.find_posture(robot).pose
+    path = home + np.array([[0.0] * 6, [0.05, 0, 0, 0, 0, 0]])
+    found = rs.compensate(robot, path, [0, 0, -20.0, 0, 0, 0])
+    assert found.status_codes.tolist() == [0, int(rs.Status.UNREACHABLE)]
+    assert np.isnan(found.commanded[1]).all()
+
+
+def test_another_posture_than_that_of_home_is_refused():
+    robot = rs.load("3-rrr")
+    legs = rs.postures(robot, [0.02, 0.01, 0.1])
+    other = {name: each[-1].coordinates for name, each in legs.items()}
+    with pytest.raises(rs.InputError, match="posture of home"):
+        rs.compensate(robot, [[0.02, 0.01, 0.1]], [0, -10.0, 0], near=other)
+
+
 def test_drives_beyond_their_limits_are_said(hexapod):
     limits = [leg.chain.roles for leg in hexapod.legs]
     assert limits
@@ -204,6 +244,24 @@ def test_euler_angles_in_and_out(hexapod, tmp_path, order):
         assert float(last[f"{name}_cmd [deg]"]) == pytest.approx(value, abs=1e-9)
 
 
+def test_free_coordinates_of_a_robot_of_few_freedoms_from_a_file(tmp_path):
+    robot, file = rs.load("3-prs"), tmp_path / "path.csv"
+    file.write_text("z [mm],rx [deg],ry [deg],x [mm],Fz [N]\n500,5,10,3,-50\n520,0,5,0,-50\n")
+    with pytest.warns(rs.PlausibilityWarning, match="'x' is not read: it is no free coordinate"):
+        program = rs.read_program(robot, file)
+    assert isinstance(program.poses, np.ndarray)
+    np.testing.assert_allclose(
+        program.poses, [[0.5, *np.radians([5, 10])], [0.52, 0, np.radians(5)]]
+    )
+    found = rs.compensate(robot, program.poses, program.wrenches)
+    assert not found.status_codes.any()
+    with pytest.warns(rs.PlausibilityWarning, match="not read"):
+        turned = rs.read_program(robot, file, angles="xyz")
+    assert isinstance(turned.poses, np.ndarray)
+    wanted = Rotation.from_euler("xyz", [[5, 10, 0], [0, 5, 0]], degrees=True).as_rotvec()[:, :2]
+    np.testing.assert_allclose(turned.poses[:, 1:], wanted)
+
+
 def test_joints_of_an_arm_from_a_file(arm, tmp_path):
     names = arm.legs[0].chain.coordinate_names
     file = tmp_path / "path.csv"
@@ -253,3 +311,23 @@ def test_a_path_without_any_command(tmp_path):
     assert json.loads(data.stdout)["commanded"] == [[None] * 6]
     found = rs.compensate(rs.load("3-rrr"), [[3, 0, 0.3]], [-800, 0, 0])
     assert repr(found) == "<Compensation of 1 points, status unreachable: no command>"
+
+
+@pytest.mark.parametrize(
+    ("columns", "more", "is_warned"),
+    [("", [], True), (", Fz [N]", [], False), ("", ["--gravity=-z"], False)],
+)
+def test_a_path_without_any_load_has_a_warning(tmp_path, columns, more, is_warned):
+    file = tmp_path / "path.csv"
+    file.write_text(f"x [mm]{columns}\n10{', -100' * bool(columns)}\n", encoding="utf-8")
+    outcome = CliRunner().invoke(app, ["compensate", "hexapod", str(file), *more])
+    assert outcome.exit_code == 0, outcome.stderr
+    assert ("no load, in columns Fx Fy Fz Mx My Mz or as --gravity" in outcome.stderr) is is_warned
+
+
+def test_a_path_in_another_encoding_is_told_what_to_do(tmp_path):
+    file = tmp_path / "path.csv"
+    file.write_bytes("x [µm], Fz [N]\n10, -100\n".encode("latin-1"))
+    outcome = CliRunner().invoke(app, ["compensate", "hexapod", str(file)])
+    assert outcome.exit_code == 2
+    assert "got other bytes, expected UTF-8; save the file as UTF-8" in outcome.stderr

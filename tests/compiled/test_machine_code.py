@@ -123,18 +123,25 @@ def test_rows_at_any_places_and_a_part_of_the_poses():
 
 
 @pytest.mark.parametrize("width", widths())
-@pytest.mark.parametrize(("part", "count"), [(None, 9), (75, 1), (75, 9), (75, 100)])
-def test_a_long_program_is_the_same_in_parts(width: int, part: int | None, count: int):
-    """Each operation works on any of those before it, so that many values are handed on."""
+@pytest.mark.parametrize(
+    ("part", "count", "steps"),
+    [(None, 9, 400), (75, 1, 400), (75, 9, 400), (75, 100, 400), (75, 100, 8000)],
+)
+def test_a_long_program_is_the_same_in_parts(width: int, part: int | None, count: int, steps: int):
+    """Each operation works on any of those before it, so that many values are handed on.
+
+    The parts of the longest are functions, and made quickly.
+    """
     random = np.random.default_rng(11)
     record = Record({"x": [0.3, 0.6], "y": [0.7, 0.2]})
     entries = [record.input("x"), record.input("y")]
-    for _ in range(400):
+    for _ in range(steps):
         a, b = (entries[k] for k in random.integers(len(entries), size=2))
         shifted = 1.5 + 0.1 * sine(a)
         made = (sine(a) - cosine(a), square_root(shifted), 1 / square_root(shifted), 0.5 * (a - b))
         entries.append(made[random.integers(4)])
     program = Program.of(record, [*entries[::7], entries[-1], 2.0])
+    assert (program.operations > 4500) == (steps == 8000)
     inputs = random.uniform(0.1, 0.9, (2, count))
     out = np.empty((len(program.outputs), count))
     processor = this_processor()

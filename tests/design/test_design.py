@@ -320,3 +320,32 @@ def test_histograms_and_ranks(platform):
                   lambda: found.rank_correlations("worst_deflection", 1)):  # fmt: skip
         with pytest.raises(rs.InputError):
             asked()
+
+
+def test_a_length_below_a_root_may_stand_in_a_denominator():
+    """The base of the rods of a US/UPS is turned by an angle whose cosine is one of its height."""
+    robot = rs.load("us-ups", symbols=("h",))
+    values = {"h": 1.01 * robot.nominal["h"]}
+    pose = rs.find_posture(robot.numeric).pose[0, robot.coordinate_places]
+    value, _ = rs.value_and_gradient(robot, rs.WorstDeflection(), ["h"], pose)([values["h"]])
+    exact = rs.indices(rs.load("us-ups", values), pose).worst_deflection.translational
+    assert value[0] == pytest.approx(exact, rel=1e-9)
+
+
+def test_a_spread_in_a_text_is_in_any_unit_of_its_parameter() -> None:
+    robot = rs.load("gough-stewart-b", symbols=("R", "k"))
+    assert robot.units == {"R": "m", "k": "N/m"}
+    for text, size in ("1 mm", 1e-3), ("0.001 m", 1e-3), ("1000 um", 1e-3):
+        found = rs.tolerances(robot, {"R": rs.Normal(text)}, samples=8)
+        assert found.deviations["R"] == pytest.approx(size, rel=1e-12)
+    with pytest.raises(rs.InputError, match=r"the same dimension as 0\.5 m"):
+        rs.tolerances(robot, {"R": rs.Normal("0.1")}, samples=8)
+    part = rs.tolerances(robot, {"R": rs.Normal(0.1)}, samples=8)
+    assert part.deviations["R"] == pytest.approx(0.05, rel=1e-12)
+
+
+def test_a_hybrid_machine_has_the_units_of_its_modules() -> None:
+    tripod = rs.load("3-prs", symbols=("R",))
+    machine = rs.hybrid_machine([rs.Module("tripod", tripod)])
+    assert machine.units == tripod.units == {"R": "m"}
+    assert machine.meanings == tripod.meanings

@@ -184,3 +184,18 @@ def test_values_of_a_robot_description_are_written_as_its_side_file(tmp_path):
         assert 1 / stiffness == pytest.approx(found.values[f"ur5/{name}"], rel=1e-9)
     assert found.values["ur5/elbow_joint"] == pytest.approx(1 / 16e3, rel=1e-2)
     assert all(line in output.read_text() for line in text.splitlines())
+
+
+def test_dial_gauges_need_the_places_of_their_readings(tmp_path):
+    file = tmp_path / "gauge.csv"
+    file.write_text(
+        "shoulder [deg],elbow [deg],Fy [N],marker,dx [um],dy [um],sigma [um]\n"
+        "0,90,-100,tip,0,-250,5\n0,90,100,tip,0,251,5\n30,-60,-100,tip,20,-300,5\n"
+    )
+    asked = ("identify", "two-link-arm", file, "--parameters", "arm/shoulder")
+    refused = run(*asked)
+    assert refused.exit_code == 2
+    hint = '--marker "tip=0 0 50 mm" --instrument "0 0 0 0 0 0"'
+    assert hint in refused.stderr
+    known = run(*asked, "--marker", "tip=0 0 50 mm", "--instrument", "0 0 0 0 0 0")
+    assert "arm/shoulder" in known.stdout

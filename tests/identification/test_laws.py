@@ -55,3 +55,42 @@ def test_a_world_that_is_turned_and_the_order_of_rows_and_parameters(arm, found)
     assert other.names[:6] == tuple(names)
     _alike(found, other, 1e-5)
     assert other.chi_square == pytest.approx(found.chi_square, rel=1e-8)
+
+
+@pytest.mark.parametrize("kind", [rs.Reading.DISPLACEMENT, rs.Reading.POINT, rs.Reading.TORQUE])
+@pytest.mark.parametrize("body", ["", "arm/joint3"])
+def test_readings_of_another_kind_are_told_by_equilibria(kind: rs.Reading, body: str):
+    robot, marker = rs.load("examples/loaded-arm.yaml"), np.array([0.1, 0.05, 0.02])
+    q = np.array([[0.3, -0.5, 0.8, 0.2, 0.5, 0.3], [-0.4, -0.8, 0.5, -0.3, 0.7, 0.1]])
+    F, W = np.array([100.0, -200, -300]), np.array([60.0, 50, -80, 0, 0, 5])
+
+    def read(kind: rs.Reading, body: str) -> np.ndarray:
+        found = []
+        for row in q:
+            pose, loads = rs.JointCoordinates(row), {body: F} if body else None
+            bent = rs.equilibrium(robot, pose, W, loads=loads)
+            places = [
+                each.pose[:3] + Rotation.from_rotvec(each.pose[3:]).apply(marker)
+                for each in (bent, rs.equilibrium(robot, pose))
+            ]
+            is_motion = kind is rs.Reading.DISPLACEMENT
+            found.append(places[0] - places[1] if is_motion else places[0])
+            if kind is rs.Reading.TORQUE:
+                load = next(x.load or 0.0 for x in bent.parts if x.part == "joint2")
+                found[-1] = np.array([-load, np.nan, np.nan])
+        return np.array(found)
+
+    def campaign(kind: rs.Reading, body: str) -> rs.Measurements:
+        more = {"forces": F, "bodies": body} if body else {}
+        drive = "joint2" if kind is rs.Reading.TORQUE else ""
+        return rs.Measurements(
+            rs.JointCoordinates(q), read(kind, body), wrenches=W, sigma=1e-6, kinds=kind,
+            markers="m", drives=drive, **more,
+        )  # fmt: skip
+
+    motions = campaign(rs.Reading.DISPLACEMENT, "")
+    frames = rs.KnownFrames({"m": marker}, [0.0] * 6)
+    found = rs.identify(robot, motions, ["arm/joint2", "arm/joint3"], frames=frames)
+    other = campaign(kind, body)
+    off = np.abs(found.predict(other)[0] - other.values)[other.is_read].max()
+    assert off < (0.1 if kind is rs.Reading.TORQUE else 3e-6)  # N m, m

@@ -118,3 +118,12 @@ def test_tables_with_names_in_another_order_are_refused(to_table: str):
     for job in (rs.deflection, rs.equilibrium):
         with pytest.raises(rs.InputError, match="order of wrench: got 'Fx Fy Fz Mz My Mx'"):
             job(_hexapod, [POSE], table(LOAD, "Fx Fy Fz Mz My Mx"))
+    with pytest.raises(rs.InputError, match="order of wrenches: got 'Fx Fy Fz Mz My Mx'"):
+        rs.compensate(_hexapod, [POSE], table(LOAD, "Fx Fy Fz Mz My Mx"))
+    with pytest.raises(rs.InputError, match="order of list of poses: got 'z y x rx ry rz'"):
+        rs.PoseList(usual.split(), table(POSE, other))
+    with pytest.raises(rs.InputError, match="order of poses of 'hexapod': got 'z y x rx ry rz'"):
+        rs.compile(_hexapod).evaluate(table(POSE, other))
+    arm, joints = rs.load("six-joint-arm"), "joint1 joint2 joint3 joint4 joint6 joint5"
+    with pytest.raises(rs.InputError, match="joint6 joint5', expected joint1 joint2 joint3"):
+        rs.stiffness(arm, rs.JointCoordinates(table(POSE, joints)))

@@ -87,3 +87,14 @@ def test_legs_that_share_a_body_are_no_robot():
     bridge = _closed("bridge", "0.2", "1.3", frames, _element(rng, "bridge", 0), rng)
     part = essential(Linkage("l", (*linkage.connections, bridge), "base", "platform", np.zeros(3)))
     assert robot_of(part, close(part)) is None
+
+
+def test_coordinates_of_all_drives_need_no_names_under_load_either():
+    lift = rs.load_linkage("double-pantograph")
+    load = [100.0, 50, -30, 1, 1, 1]
+    by_name = rs.equilibrium(lift, {"screw": -0.1}, load).displacement
+    for values in ([-0.1], [[-0.1]], np.array([-0.1]), rs.ActuatorCoordinates([-0.1])):
+        np.testing.assert_array_equal(rs.equilibrium(lift, values, load).displacement, by_name)
+        assert rs.modes(lift, values, {"platform": 1.0}).frequencies[0] > 0
+    with pytest.raises(rs.InputError, match="expected one configuration"):
+        rs.equilibrium(lift, [[-0.1], [0.0]], load)

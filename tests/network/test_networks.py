@@ -11,7 +11,7 @@ from robostiff.analysis.verification import matrix_distance
 from robostiff.elasticity import Elasticity, beam_stiffness, elasticity_from_stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
-from robostiff.kinematics.masses_and_springs import with_masses
+from robostiff.kinematics import with_masses
 from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import (
     JointElement,

@@ -175,3 +175,13 @@ def test_named_components_are_chosen_by_name():
     assert picture.title == "hexapod: dz"
     with pytest.raises(rs.InputError, match="expected dx or dy or dz"):
         rs.plot.map_slice(found, "displacement", **XY, at={"displacement_axis": "z"})
+
+
+def test_a_cut_outside_of_the_map_has_a_warning():
+    """A coordinate in millimetres showed the end of the map without a word."""
+    found = tripod_map()
+    low, high = float(found.z.min()), float(found.z.max())
+    with pytest.warns(rs.PlausibilityWarning, match=f"z = 300 m: the map has values from {low:g}"):
+        rs.plot.map_slice(found, "worst_deflection", **XY, at={"z": 300.0})
+    for z in (low, high, (low + high) / 2):
+        rs.plot.map_slice(found, "worst_deflection", **XY, at={"z": z})

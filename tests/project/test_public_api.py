@@ -1,6 +1,7 @@
 """What `import robostiff as rs` offers: pinned, documented, and cheap."""
 
 import ast
+import os
 import re
 import subprocess
 import sys
@@ -111,6 +112,16 @@ def test_one_matrix_of_a_robot_of_legs_loads_no_other_kinds_of_robots():
     }
     assert not {f"robostiff.{name}" for name in others} & loaded
     assert "robostiff.model.robot" in loaded
+
+
+def test_a_robot_in_numbers_is_recorded_without_sympy():
+    taken = "robot = rs.load('3-rpr-beams'); rs.compile_loaded(robot, backend=rs.Backend.ARRAYS)"
+    code = f"import sys, robostiff as rs; {taken}; print(*sys.modules)"
+    program, off = [sys.executable, "-c", code], os.environ | {"ROBOSTIFF_CACHE": "off"}
+    done = subprocess.run(program, check=True, capture_output=True, text=True, env=off)
+    loaded = set(done.stdout.split())
+    assert "robostiff.recorded.robot" in loaded
+    assert "sympy" not in loaded
 
 
 def test_a_package_and_its_names_are_in_step():

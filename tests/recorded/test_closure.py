@@ -42,7 +42,8 @@ def closure_of(robot: rs.Robot) -> RecordedClosure:
 def arrivals(closure: RecordedClosure, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates of all legs (N, m), and where the closure arrives (N,)."""
     record = Record({name: [0.5] for name in closure.joints})
-    program = closure.composed(Program.of(record, [record.input(x) for x in closure.joints]))
+    joints = Program.of(record, [record.input(x) for x in closure.joints])
+    program = closure.composed(closure.arrived(joints))
     with np.errstate(all="ignore"):
         found = program.evaluated(dict(zip(closure.inputs, poses.T, strict=True)))
     *q, gap, mode = (np.broadcast_to(x, len(poses)) for x in found)

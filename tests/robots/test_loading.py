@@ -51,6 +51,22 @@ def test_unknown_name_lists_the_robots_and_the_nearest():
     assert message.endswith("did you mean gough-stewart-b?")
 
 
+def test_a_name_without_the_ending_of_its_file_is_completed(tmp_path, monkeypatch):
+    (tmp_path / "my-arm.yaml").write_text(robot_file("3-rpr").read_text())
+    monkeypatch.chdir(tmp_path)
+    for name in ("my-arm", "./my-arm"):
+        with pytest.raises(InputError, match=rf"did you mean {name}\.yaml\?$"):
+            load(name)
+
+
+def test_a_model_without_its_version_is_not_taken_for_a_snapshot(tmp_path):
+    file = tmp_path / "mine.yaml"
+    model = robot_file("gough-stewart-b").read_text() + "reference_point: [0, 0, 100 mm]\n"
+    file.write_text(model.replace("robostiff: 1\n", ""))
+    with pytest.raises(FileError, match="expected robostiff: 1 at the top"):
+        load(file)
+
+
 @pytest.mark.parametrize("ask", [describe, robot_file])
 def test_only_shipped_robots_are_described(ask):
     with pytest.raises(InputError, match=r"expected the name of a shipped robot: 3-rpr"):

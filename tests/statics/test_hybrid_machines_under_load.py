@@ -133,3 +133,15 @@ def test_masses_on_the_platform_of_a_module_of_legs(tmp_path: Path):
     path.write_text(path.read_text().replace("legs:", "chain:"), encoding="utf-8")
     with pytest.raises(rs.FileError):
         rs.load(path)
+
+
+def test_a_kernel_takes_the_posture_of_a_redundant_machine_that_is_nearest_to_home():
+    slide = rs.prismatic([1, 0, 0], Actuated(3e8), name="slide")
+    rail = rs.Module("rail", Chain((slide,)))
+    robot = rs.hybrid_machine([rail, rs.Module("hexapod", rs.load("hexapod"))])
+    poses = np.array([[0.05, 0.02, 0.92, 0, 0.1, 0], [-0.03, 0.04, 0.88, 0.1, 0, 0.1]])
+    fast = rs.compile_loaded(robot, backend=rs.Backend.ARRAYS).evaluate(poses, W)
+    assert not fast.guarded.any()
+    slow = rs.equilibrium(robot, poses, W)
+    np.testing.assert_allclose(fast.displacement, slow.displacement, rtol=1e-9, atol=1e-13)
+    np.testing.assert_allclose(fast.K, slow.K, rtol=1e-9, atol=1e-9 * np.abs(slow.K).max())

@@ -276,3 +276,26 @@ def test_a_mass_on_one_leg_is_the_same_on_each_leg_alike():
     for i in (1, 3, 5):
         with pytest.raises(rs.InputError, match="masses of bodies"):
             rs.modes(robot, None, {f"leg{i}/base joint": 2.0}, wrench=F)
+
+
+@pytest.mark.parametrize("name", ["hexapod", "3-rrr", "cable-8", "portal", "star"])
+def test_where_results_are_asked_for_changes_no_load_and_no_frequency(name: str):
+    files = {"portal": "examples/portal.json", "star": "docs/star-platform.yaml"}
+    robot = rs.load(files.get(name, name))
+    at = rs.stiffness(robot).reference_point + np.array([0.1, 0.2, 0])
+    masses = {"platform": rs.Mass(20, inertia=[1, 1, 2])}
+    one, other = (rs.modes(robot, masses=masses, at=point).frequencies for point in (None, at))
+    np.testing.assert_allclose(one, other, rtol=1e-6)
+    for load in (rs.Mass(3), [5.0, -8, 0], rs.DeadForce([5.0, -8, 0])):
+        loads = {"platform": load}
+        ways = [rs.equilibrium] if name == "cable-8" else [rs.equilibrium, rs.deflection]
+        for way in ways:
+            one, other = (way(robot, loads=loads, at=point).energy for point in (None, at))
+            np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+def test_a_mass_at_a_point_of_the_world_is_elsewhere_on_the_platform_at_each_pose():
+    robot, masses = rs.load("gough-stewart-b"), {"platform": rs.Mass(5, point=[0.1, 0.05, 0.9])}
+    poses = np.array([[0, 0, 0.8, 0, 0, 0], [0.1, 0, 0.75, 0, 0.2, 0.1]])
+    each = [rs.modes(robot, pose, masses).squares for pose in poses]
+    np.testing.assert_allclose(rs.modes(robot, poses, masses).squares, each, rtol=1e-9)

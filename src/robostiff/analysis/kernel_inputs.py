@@ -26,7 +26,7 @@ from robostiff.kinematics import (
 from robostiff.kinematics.pose import Given, check_held_sums, coordinate_units, joint_units
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.entries import OfSymbols
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, check_order
 from robostiff.spatial.rotation import is_rigid_transform
 
 
@@ -244,6 +244,8 @@ class KernelInputs(Recordable):
         units = (
             joint_units(self.subject.legs[0].chain) if by_joints else coordinate_units(self.subject)
         )
+        of_joints = self.subject.legs[0].chain.coordinate_names
+        check_order(subject, numbers, of_joints if by_joints else names)
         given = as_floats(subject, numbers, expected, units)
         count = self.joints if by_joints else len(self.subject.coordinates)
         if (

@@ -77,7 +77,7 @@ class ConfigurationsOfLinkage(Question):
     ) -> None:
         name, batch = driven.part.name, given.shape[:-1]
         super().__init__(name, Space.SPATIAL, DEFAULT_METHOD, tolerance, batch, given)
-        self.driven = driven
+        self.driven, self.asked = driven, (driven.part, given)
 
     def reference_points(self, rows: np.ndarray) -> np.ndarray:
         """Of the platform in the world (..., 3) [m]."""

@@ -15,7 +15,7 @@ import numpy as np
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Details, Form, Status, Tolerance, scaling
 from robostiff.errors import DisagreementError, InputError
-from robostiff.frozen import frozen, replace
+from robostiff.frozen import are_equal, frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics import (
     JointCoordinates,
@@ -115,6 +115,7 @@ class Question(ABC):
     tolerance: Tolerance
     rows: np.ndarray
     numbers: np.ndarray
+    asked: tuple[Any, ...]  # of which machine, and where: what an answer differs by
     #: Whether the machine has legs, each of which has forms of K_C; others are solved as a whole.
     has_legs: ClassVar[bool] = True
     #: Whether one pose has several postures, of which the nearest to given ones may be asked for.
@@ -143,6 +144,15 @@ class Question(ABC):
         self._whole: Details | None = None
         self._blocks: dict[int, Details] = {}
         self._asked_for_one = False
+
+    __hash__: ClassVar[None]  # type: ignore[assignment]  # as any class with __eq__
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the same is asked of an equal machine."""
+        if not isinstance(other, Question) or type(other) is not type(self):
+            return NotImplemented
+        own, others = ((x.method, x.tolerance, x.asked) for x in (self, other))
+        return are_equal(own, others)
 
     def details(self, rows: np.ndarray) -> Details:
         """What the direct form finds at some of the poses, with the shape of the rows.
@@ -237,7 +247,7 @@ class PosesOfRobot(Question):
         self._only: Posture | None = None
         is_read = type(pose) is PoseRequest
         self.request = request = pose if is_read else self.finder.request(cast("Pose", pose))
-        numbers = request.coordinates
+        numbers, self.asked = request.coordinates, (robot, request, near)
         super().__init__(robot.name, robot.space, method, tolerance, request.batch, numbers)
 
     def pose_at(self, rows: np.ndarray) -> np.ndarray | None:
@@ -354,7 +364,7 @@ class OwnPose(Question):
         batch = found.batch_shape
         none = np.zeros((*batch, 0))
         super().__init__(machine.name, machine.space, method, tolerance, batch, none)
-        self.machine, self._whole = machine, found
+        self.machine, self._whole, self.asked = machine, found, (machine,)
 
     def solved(self, rows: np.ndarray) -> Details:
         """What was found at N of the poses."""

@@ -21,8 +21,9 @@ from robostiff.compiled import Backend, Kernel, Output, Rates, StiffnessMatrix, 
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.errors import DisagreementError, InputError
 from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
-from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.model import ALL_COORDINATES
 from robostiff.recorded import RecordedRobot, record_at_joints, record_robot, sample_postures
+from robostiff.recorded.closure import RecordedClosure
 
 # Generic poses must keep away from the tolerances that decide, by what poses may differ.
 _STRICT = Tolerance(near_independence=1e-4, near_rigidity=1e-8)
@@ -50,7 +51,7 @@ def _(
     robot = taken.subject
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder, most)
-    if depends_on_what_is_held(recorded, robot, finder):
+    if depends_on_what_is_held(recorded.joints, recorded.closure, finder):
         recorded = record_at_joints(robot, finder, most)
     # A derivative may need more of the closure than its Newton steps give.
     if recorded.joints and not robot.is_posed_by_joints:
@@ -132,19 +133,21 @@ def _doubtful(result: Stiffness) -> np.ndarray:
     return (result.status_codes & int(Status.ILL_CONDITIONED)) != 0
 
 
-def depends_on_what_is_held(recorded: RecordedRobot, robot: Robot, finder: PostureFinder) -> bool:
+def depends_on_what_is_held(
+    joints: Sequence[str], closure: RecordedClosure | None, finder: PostureFinder
+) -> bool:
     """Whether K differs between postures of one pose that differ in coordinates that are held.
 
     A rod that spins between spherical joints is held by nothing, and transmits the same. A passive
     joint that folds a chain of beams is held by nothing either, but K depends on the fold: there
     the record and the direct form may be at different postures.
     """
-    held = () if recorded.closure is None else recorded.closure.held
+    held = () if closure is None else closure.held
     if not held:
         return False
     posture = sample_postures(finder)
-    moved = np.isin(recorded.joints, held) * _SPUN
-    ends = np.cumsum([leg.chain.size for leg in robot.legs])[:-1]
+    moved = np.isin(joints, held) * _SPUN
+    ends = np.cumsum([leg.chain.size for leg in finder.robot.legs])[:-1]
     for row, pose in enumerate(posture.pose):
         q = [own[row] for own in posture.coordinates]
         here, there = (

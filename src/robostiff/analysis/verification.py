@@ -127,6 +127,10 @@ class Verification(InNotebooks):
         outcomes = {comparison.outcome for comparison in self.comparisons}
         return Outcome.AGREES in outcomes and Outcome.DIFFERS not in outcomes
 
+    def __repr__(self) -> str:
+        each = ", ".join(f"{one.method} {one.outcome.value}" for one in self.comparisons)
+        return f"<Verification of {self.reference.name!r}: {each}>"
+
 
 def verify(
     robot: Robot | Snapshot | Network | Linkage,

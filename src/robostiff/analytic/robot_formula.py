@@ -99,10 +99,6 @@ def derive_robot(
         Seconds of computing for a closed form; None for no limit. When it does not end in time,
         the answer is in steps, and its `remark` says so; with `Closed()` it is an error.
 
-    Returns
-    -------
-    RobotDerivation
-
     Raises
     ------
     InputError

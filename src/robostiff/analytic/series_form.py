@@ -45,9 +45,9 @@ from robostiff.analytic.vectors.walk import (
     turning_angles,
     turns_of,
 )
+from robostiff.frozen import are_equal
 from robostiff.kinematics.jacobians import in_groups
 from robostiff.model import Telescope
-from robostiff.model.entries import are_equal
 from robostiff.recorded.leg import at_samples as sampled
 
 _PRINTED = 500  # operations of a compliance beyond which it is not printed

@@ -147,6 +147,10 @@ def _named(
     numbers: dict[str, list[float]] = {}
     for part in text.split(","):
         name, equals, value = (piece.strip() for piece in part.partition("="))
+        if "=" in value:
+            raise InputError(
+                option, got=part.strip(), expected="a comma before each further NAME=VALUE"
+            )
         if not equals or name not in units or name in numbers:
             raise InputError(
                 option,

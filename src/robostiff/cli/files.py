@@ -218,6 +218,8 @@ class WriteNew(Command, name="new"):
         text = re.sub(r"(?m)^name: .*$", lambda _: line, text, count=1)
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
+        if path.stem in shipped:
+            warn_of_slip(f"{path.stem} alone is the shipped robot: write {path} for this file")
         return show_files([path], self.answer, template=self.template)
 
 

@@ -22,7 +22,7 @@ from robostiff.cli.options import (
     repeatable,
 )
 from robostiff.cli.output import draw, output_beside, picture_beside
-from robostiff.errors import InputError
+from robostiff.errors import InputError, warn_of_slip
 from robostiff.frozen import frozen
 
 
@@ -118,6 +118,9 @@ class Compensate(Command, name="compensate"):
         written.check_kind(robot, {"robot"}, "robot to compensate", expected=expected)
         program = read_program(robot, self.path, angles=self.angles)
         options = {"axes": axes, "gravity": written.gravity(self.gravity)}
+        if not program.wrenches.any() and self.gravity is None and robot.gravity is None:
+            axes_of_load = " ".join(robot.space.wrench_order)
+            warn_of_slip(f"{self.path}: no load, in columns {axes_of_load} or as --gravity")
         result = compensate(robot, program.poses, program.wrenches, method, **options)
         if output is not None:
             write_program(program, result, output)

@@ -282,7 +282,10 @@ class Loads:
         "Force and moment on the platform about the point --at, which moves along"
     )
     weights: tuple[str, ...] = repeatable(
-        "--weight", '"LEG/PART=MASS"', "A mass [kg] on the body behind a part, or on 'platform'"
+        "--weight",
+        '"LEG/PART=MASS"',
+        "A mass [kg] on the body behind a part, or on 'platform'; its weight acts along --gravity, "
+        "or along -z (planar robots: -y) where there is none",
     )
     forces: tuple[str, ...] = repeatable(
         "--load", '"LEG/PART=fx fy fz"', "A force [N] on the body behind a part, or on 'platform'"

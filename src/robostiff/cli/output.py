@@ -48,7 +48,9 @@ def show(answer: str | Mapping[str, Any]) -> None:
     """
     if isinstance(answer, str):
         encoding, lines = getattr(sys.stdout, "encoding", None) or "utf-8", []
-        safe = printable(answer, kept="\n").encode(encoding, "backslashreplace").decode(encoding)
+        safe = printable(answer, kept="\n")
+        if (shown := safe.encode(encoding, "backslashreplace").decode(encoding)) != safe:
+            safe = shown.replace("\\xb5", "u")  # micro
         for line in safe.split("\n"):
             styles = (look for start, look in _STYLES.items() if f"{line}\n".startswith(start))
             style = next(styles, None)

@@ -20,8 +20,8 @@ from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import Near
 from robostiff.kinematics.turn import pose_after, turn_after, turned_point
 from robostiff.markup import InNotebooks, number
-from robostiff.model import Actuated, PlacedFreedom, Robot
-from robostiff.spatial import as_floats, check_whole
+from robostiff.model import Actuated, Robot
+from robostiff.spatial import as_floats, check_order, check_whole
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.loading.given_loads import Gravity, Loads
 
@@ -33,6 +33,8 @@ _BOWING = Bowing()
 _MANY = 1_000
 # Of the size of the robot: closer than this no step is taken.
 _THERE = 1e-14
+# By which commands are moved to find the rates of poses [m, rad].
+_STEP = 1e-5
 # A correction changes by so many times the median between neighbours: a jump. Below, in metres and
 # radians, nothing is one.
 _JUMP, _NO_JUMP = 10.0, 1e-8
@@ -159,7 +161,8 @@ def compensate(
     loads, gravity, preload, beams
         As for `equilibrium`.
     near : joint coordinates, optional
-        Which posture of an arm is meant, as for `find_posture`.
+        Which posture is meant where an arm that joints pose has a path of poses, as for
+        `find_posture`.
 
     Returns
     -------
@@ -171,7 +174,8 @@ def compensate(
     Raises
     ------
     InputError
-        When the robot has a flexible platform or laws of force, or the wrenches do not fit.
+        When the robot has a flexible platform or laws of force, the wrenches do not fit, or `near`
+        is given for a robot that is posed by its platform, which keeps the posture of home.
     NoAnswerError
         When the platform has free motions at every pose, or a leg is rigid in some direction.
 
@@ -190,14 +194,19 @@ def compensate(
     if not isinstance(robot, Robot):
         subject, hint = "robot to compensate", 'write compensate(load("hexapod"), path, wrenches)'
         raise InputError(subject, got=type(robot).__name__, expected="a Robot", hint=hint)
+    if near is not None and not robot.is_posed_by_joints:
+        subject, expected = f"near of {robot.name!r}", "none: commands keep the posture of home"
+        raise InputError(subject, got=near, expected=expected)
     finder = posture_finder(robot)
     request = finder.request(path)
     wanted, pose = None, request.coordinates
-    if near is not None or robot.is_serial or not request.is_whole:
+    if robot.is_posed_by_joints or not request.is_whole or len(robot.coordinates) < 6:
         wanted = finder.at(request, near)
         pose = wanted.pose
     size = robot.space.size
-    F = as_floats("wrenches", wrenches, f"{size} numbers, or that of each point")
+    check_order("wrenches", wrenches, robot.space.wrench_order)
+    expected = f"{size} numbers, or that of each point"
+    F = as_floats("wrenches", wrenches, expected, robot.space.wrench_units)
     if F.shape not in {(size,), (len(pose), size)}:
         expected = f"({size},) or ({len(pose)}, {size}), one for each point of the path"
         raise InputError("wrenches", got=f"shape {F.shape}", expected=expected)
@@ -260,31 +269,39 @@ class _Commands:
     @property
     def by_joints(self) -> bool:
         """Whether a command is joint coordinates."""
-        return self.robot.is_serial
+        return self.robot.is_posed_by_joints
+
+    @property
+    def followed(self) -> list[int]:
+        """What can be corrected: all that an arm misses, else the free coordinates."""
+        return list(range(6)) if self.by_joints else self.robot.coordinate_places
 
     @property
     def point(self) -> np.ndarray:
         """The reference point in the platform frame (3,), whose shifts are meant [m]."""
         return self.robot.in_floats.reference_point
 
+    @property
+    def start(self) -> np.ndarray:
+        """Commands (N, n) whose poses without load are those wanted."""
+        if self.by_joints and self.wanted is not None:
+            return self.wanted.coordinates[0]
+        return self.pose[:, self.robot.coordinate_places]
+
     def corrected(self, method: Mirror | Exact) -> Compensation:
         """The result of a method."""
-        command = self.pose[:, self.robot.coordinate_places].copy()
-        if self.by_joints and self.wanted is not None:
-            command = self.wanted.coordinates[0].copy()
+        command = self.start.copy()
         first, codes = self._missing(command)
         residual = first
         if isinstance(method, Mirror):
             command = self._mirrored(command, first)
             residual, codes = self._missing(command)
         else:
-            # all that an arm misses can be corrected, else the free coordinates
-            followed = [] if self.by_joints else self.robot.coordinate_places
             before = np.inf
             for _ in range(method.steps):
                 command = self._moved(command, residual)
                 residual, codes = self._missing(command)
-                largest = float(np.nanmax(np.abs(residual[:, followed or slice(6)]), initial=0.0))
+                largest = float(np.nanmax(np.abs(residual[:, self.followed]), initial=0.0))
                 if largest <= _THERE * posture_finder(self.robot).length or not largest < before:
                     break
                 before = largest
@@ -336,7 +353,7 @@ class _Commands:
         moved[:, list(self.robot.space.rows)] = answer.displacement
         missing = _between(pose_after(pose, moved, self.point), self.pose, self.point)
         codes = answer.status_codes
-        if self.by_joints and self.wanted is not None:  # an arm stops nearest to what is too far
+        if self.wanted is not None:  # a robot stops nearest to what is too far
             missing[~self.wanted.reached] = np.nan
             codes[~self.wanted.reached] = Status.UNREACHABLE
         return missing, codes
@@ -345,13 +362,10 @@ class _Commands:
         """Commands whose unloaded poses are further by a shift and a rotation (N, 6)."""
         known = np.asarray(np.isfinite(missing).all(axis=1))
         step = np.where(known[:, None], missing, 0.0)
-        if self.by_joints:
-            moved = command + np.einsum("nij,nj->ni", self._inverse_rates, step)
-        elif command.shape[1] == 6:
+        if not self.by_joints and command.shape[1] == 6:
             moved = pose_after(self._pose(command), step, self.point)
-            moved = moved[:, self.robot.coordinate_places]
         else:
-            moved = command + step[:, self.robot.coordinate_places]
+            moved = command + np.einsum("nij,nj->ni", self._inverse_rates, step[:, self.followed])
         return np.where(known[:, None], moved, command)
 
     def _mirrored(self, start: np.ndarray, missing: np.ndarray) -> np.ndarray:
@@ -368,22 +382,22 @@ class _Commands:
 
     @cached_property
     def _inverse_rates(self) -> np.ndarray:
-        """Rates of the joints of an arm with the twist of its platform (N, n, 6), at the targets.
+        """Rates of commands with what is followed of the platform (N, n, m), at the targets.
 
-        Raises NoAnswerError where a joint is passive: its coordinate is no command.
+        Raises NoAnswerError where a joint of an arm is passive: its coordinate is no command.
         """
-        assert self.wanted is not None  # noqa: S101 - it is an arm's
-        (leg,) = self.wanted.snapshot.legs
-        if not all(isinstance(role, Actuated) for role in self.robot.legs[0].chain.roles):
+        roles = self.robot.legs[0].chain.roles
+        if self.by_joints and not all(isinstance(role, Actuated) for role in roles):
             raise NoAnswerError(
                 f"no commands of {self.robot.name!r}: it has passive or locked joints, whose "
                 "coordinates are no commands"
             )
-        moving = [e for e in leg.elements if isinstance(e, PlacedFreedom)]
-        at = self.pose[:, :3] + turned_point(self.pose, self.point)
-        columns = [e.twist(at) for e in moving]
-        J = np.stack([np.broadcast_to(c, (len(self.F), 6)) for c in columns], axis=-1)
-        return np.linalg.pinv(J, rcond=1e-9)
+        columns = [
+            _between(self._pose(self.start - step), self._pose(self.start + step), self.point)
+            for step in _STEP * np.eye(self.start.shape[1])
+        ]
+        rates = np.stack(columns, axis=-1)[:, self.followed] / (2 * _STEP)
+        return np.linalg.pinv(np.nan_to_num(rates), rcond=1e-9)
 
 
 def _between(start: np.ndarray, end: np.ndarray, point: np.ndarray) -> np.ndarray:

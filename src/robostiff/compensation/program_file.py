@@ -13,7 +13,14 @@ from robostiff.compensation.compensate import Compensation
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, Location
 from robostiff.frozen import frozen
-from robostiff.io.csv_table import CsvTable, OtherColumns, posture_columns, postures_of, read_table
+from robostiff.io.csv_table import (
+    CsvTable,
+    OtherColumns,
+    euler_places,
+    posture_columns,
+    postures_of,
+    read_table,
+)
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import joint_units
@@ -34,7 +41,8 @@ class ProgramFile:
     angles : str or None
         Order of the Euler angles rx, ry, rz: ``xyz`` about axes that stay, ``XYZ`` about axes that
         move along; None for a rotation vector.
-    poses : (N, 6) array or JointCoordinates
+    poses : (N, n) array or JointCoordinates
+        Free coordinates of the platform [m, rad], or joints.
     wrenches : (N, r) array
         [N, N m].
     """
@@ -97,14 +105,9 @@ class ProgramFile:
 
         found, known = poses.copy(), np.isfinite(poses).all(axis=1)
         turned = Rotation.from_rotvec(poses[known, 3:]).as_euler(self.angles)
-        for place, angle in zip(_places(self.angles), turned.T, strict=True):
+        for place, angle in zip(euler_places(self.angles), turned.T, strict=True):
             found[known, place] = angle
         return found
-
-
-def _places(angles: str) -> list[int]:
-    """Columns of a pose that have the angles, in their order."""
-    return [3 + "xyz".index(axis) for axis in angles.lower()]
 
 
 def read_program(
@@ -115,9 +118,9 @@ def read_program(
     The first line has the names of the columns, with units in brackets: pose coordinates
     ``x [mm]`` to ``rz [deg]`` or joints of an arm, and the wrench ``Fx [N]`` to ``Mz [N m]``.
     Pose coordinates that are left out stay at home, parts of the wrench at zero; of joints there
-    are all. Other columns stay in the file; those with units with a warning that they are not read.
-    Empty lines and lines that begin with ``#`` are passed over. Tabs, semicolons or commas
-    separate; with semicolons decimals may have commas.
+    are all. Other columns stay in the file; those with units with a warning that they are not read,
+    as are coordinates that the legs decide. Empty lines and lines that begin with ``#`` are passed
+    over. Tabs, semicolons or commas separate; with semicolons decimals may have commas.
 
     Parameters
     ----------
@@ -150,12 +153,8 @@ def read_program(
     forces = dict(zip(robot.space.wrench_order, robot.space.wrench_units, strict=True))
     table = read_table(path, coordinates | forces, "point", others=OtherColumns.KEPT)
     place, count = Location(str(path), table.header + 1, 1), len(table.rows)
-    names = posture_columns(robot, table.si.keys(), place, table.lines[table.header])
-    poses = postures_of(robot, names, table.si, count)
-    if angles is not None and not isinstance(poses, JointCoordinates):
-        from scipy.spatial.transform import Rotation
-
-        poses[:, 3:] = Rotation.from_euler(angles, poses[:, _places(angles)]).as_rotvec()
+    names = posture_columns(robot, table, place, angles=angles)
+    poses = postures_of(robot, names, table.si, count, angles)
     wrenches = [table.si.get(name, np.zeros(count)) for name in forces]
     return ProgramFile(robot, table, angles, poses, np.array(wrenches).T)
 

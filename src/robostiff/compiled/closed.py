@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.compiled.codes import ArrayCode, MachineCode, Rows, chunks_of, in_shares
 from robostiff.frozen import frozen, replace
-from robostiff.record import CLOSED, Program
+from robostiff.record import CLOSED, Program, Record
 
 if TYPE_CHECKING:
     from robostiff.recorded.closure import RecordedSteps
@@ -73,10 +73,10 @@ class ClosedCode:
 
         arrival, home = None, ()
         if isinstance(closure, RecordedClosure):
-            arrival = ArrayCode(closure.arrived(Program((), (), ())))
+            arrival = ArrayCode(closure.arrived(Program.of(Record({}), [])))
             home = tuple(closure.home.values())
-        programs = (closure.begun(), closure.step, closure.arrived(program))
-        first, step, last = map(ArrayCode, programs)
+        program = closure.arrived(program)
+        first, step, last = map(ArrayCode, (closure.begun, closure.step, program))
         few = StepCodes(first, step, last, arrival)
         whole = closure.composed(program) if closure.step.operations <= _LONGEST else None
         is_short = whole is not None and whole.operations <= _LONGEST

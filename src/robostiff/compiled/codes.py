@@ -6,14 +6,15 @@ import ctypes
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, cached_property, partial
+from itertools import islice
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from robostiff.compiled.one_pose import OnePose
-from robostiff.compiled.program_text import text_of
+from robostiff.compiled.program_text import LONG, text_of
 from robostiff.frozen import frozen
-from robostiff.record import NUMPY_FUNCTIONS, Operation, Program
+from robostiff.record import NUMPY_FUNCTIONS, Program
 
 #: Numbers at poses: an array (rows, N), or rows (N,) each at a place of its own.
 Rows: TypeAlias = np.ndarray | Sequence[np.ndarray]
@@ -29,9 +30,12 @@ class Processor:
     part: int | None  # how many steps a part of a program has, where loops are to be short
 
 
-# A processor with AVX-512 looks ahead over several turns of so short a loop. Narrower vectors have
-# half the registers, and are not worth what parts hand on.
+# Intel's processors with AVX-512 look ahead over several turns of so short a loop. Narrower vectors
+# have half the registers, and are not worth what parts hand on; AMD's (Zen) are quicker without.
 _PART = 75
+# Of long programs for as many poses an operation code is made quickly: LLVM does it in another way
+# for ARM.
+_WIDE = 4
 
 
 @cache
@@ -53,8 +57,9 @@ def this_processor() -> Processor | None:
         return None
     else:
         width = 8 if features.get("avx512vbmi2", False) else 4
-    part = _PART if width == 8 else None
-    return Processor(llvm.get_host_cpu_name(), features.flatten(), width, part)
+    name = llvm.get_host_cpu_name()
+    part = _PART if width == 8 and not name.startswith("znver") else None
+    return Processor(name, features.flatten(), width, part)
 
 
 def machine_code_is_available() -> bool:
@@ -69,15 +74,18 @@ _Compiled = Callable[[int, int, int, int], None]
 
 
 def functions_of(
-    text: str, processor: Processor, kinds: Mapping[str, tuple[Any, ...]]
+    text: str, processor: Processor, kinds: Mapping[str, tuple[Any, ...]], *, quickly: bool = False
 ) -> dict[str, Any]:
-    """Functions that are written in the language of LLVM, by name, with the types they take."""
+    """Functions that are written in the language of LLVM, by name, with the types they take.
+
+    `quickly`: a quarter of the time, for code that takes a tenth to a half longer to run.
+    """
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_default_triple().create_target_machine(
-        cpu=processor.name, features=processor.features, opt=2, jit=True
+        cpu=processor.name, features=processor.features, opt=0 if quickly else 2, jit=True
     )
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
     engine.finalize_object()
@@ -100,9 +108,9 @@ class VectorFunction:
         """Compile a program."""
         pointer, count = ctypes.c_void_p, ctypes.c_int64
         kinds = {"program": (pointer, pointer, count, count)}
-        functions = functions_of(
-            text_of(program, processor.width, processor.part), processor, kinds
-        )
+        quickly = processor.width >= _WIDE and program.operations > LONG
+        text = text_of(program, processor.width, _PART if quickly else processor.part)
+        functions = functions_of(text, processor, kinds, quickly=quickly)
         return VectorFunction(functions["program"], processor.width)
 
     def fill(self, inputs: Rows, outputs: Rows, part: slice) -> None:
@@ -133,6 +141,8 @@ def _addresses(rows: Rows) -> np.ndarray:
 
 # Poses at once: the arrays in use at a time should stay in the second-level cache.
 _CHUNK = 8192
+# Poses whose intermediate results need no plan of the places that they share.
+_FEW = 16
 #: Poses at once: their rows of results stay in the cache until they are written to their places. A
 #: multiple of all widths of vectors, so that no bit depends on it; no power of two, at which all
 #: rows would share a few lines of the cache.
@@ -177,8 +187,8 @@ def room_for(rows: int, poses: int) -> np.ndarray:
     return memory[start : start + rows * apart].reshape(rows, apart)[:, :poses]
 
 
-#: An operation with the places of its arguments and result; a place is a row, or a number.
-_Instruction = tuple[Any, Any, Any, int]
+#: An operation with the places of its arguments and result: of rows, and from the end of numbers.
+_Instruction = tuple[Any, int, int | None, int]
 
 
 OneCode = TypeVar("OneCode")
@@ -222,28 +232,29 @@ class ArrayCode(_Code):
         """Fill `outputs` (results, N) from `inputs` (inputs, N), float64."""
         n = inputs.shape[1]
         found = self.at_one(inputs[:, 0].tolist()) if n == 1 else None
+        if found is None and n <= _FEW:
+            with np.errstate(all="ignore"):
+                found = self.program.evaluated(dict(zip(self.program.inputs, inputs, strict=True)))
         if found is None:
             in_shares(partial(self._fill, inputs, outputs), n, threads, _CHUNK)
             return
         for row, value in zip(outputs, found, strict=True):
-            row[0] = value
+            row[:] = value
 
     def _fill(self, inputs: np.ndarray, outputs: Rows, part: slice) -> None:
-        instructions, results, count = self._plan
+        instructions, results, numbers, count = self._plan
         rows = np.empty((count, min(_CHUNK, part.stop - part.start)))
         with np.errstate(all="ignore"):  # out of reach, roots are nan, which the guard detects
             for poses in chunks_of(part, _CHUNK):
-                arrays: list[Any] = [*inputs[:, poses], *rows[:, : poses.stop - poses.start]]
+                own = rows[:, : poses.stop - poses.start]
+                arrays: list[Any] = [*inputs[:, poses], *own, *numbers]
                 for function, a, b, out in instructions:
-                    first = a if isinstance(a, float) else arrays[a[0]]
                     if b is None:
-                        function(first, out=arrays[out])
+                        function(arrays[a], out=arrays[out])
                     else:
-                        function(
-                            first, b if isinstance(b, float) else arrays[b[0]], out=arrays[out]
-                        )
-                for row, where in zip(outputs, results, strict=True):
-                    row[poses] = where if isinstance(where, float) else arrays[where[0]]
+                        function(arrays[a], arrays[b], out=arrays[out])
+                for row, place in zip(outputs, results, strict=True):
+                    row[poses] = arrays[place]
 
     def at_one(self, inputs: list[float]) -> list[float] | None:
         """Results at one pose; None where some number has no value, as out of reach."""
@@ -254,37 +265,30 @@ class ArrayCode(_Code):
         return OnePose(self.program)
 
     @cached_property
-    def _plan(self) -> tuple[list[_Instruction], list[Any], int]:
-        """Instructions with a row for every result; rows are reused when no longer needed."""
-        program = self.program
-        last = {argument: i for i, s in enumerate(program.steps) for argument in (s.a, s.b)}
-        kept = set(program.outputs)
-        where: list[Any] = []
-        free: list[int] = []
-        instructions: list[_Instruction] = []
-        first_row = rows = len(program.inputs)
-        for i, step in enumerate(program.steps):
-            if step.operation is Operation.INPUT:
-                where.append((i,))
+    def _plan(self) -> tuple[list[_Instruction], list[int], list[float], int]:
+        """Instructions, the places of the results, numbers, and how many rows they take.
+
+        Rows are reused when no longer needed.
+        """
+        steps, first_row = self.program.steps, len(self.program.inputs)
+        last = {k: i for i, (_, *pair) in enumerate(steps) for k in pair}
+        kept, where, rows = set(self.program.outputs), list(range(first_row)), first_row
+        free, numbers, instructions = list[int](), list[float](), list[_Instruction]()
+        for i, (operation, a, b) in enumerate(islice(steps, first_row, None), first_row):
+            if a < 0:
+                numbers.append(steps.numbers[i])
+                where.append(-len(numbers))
                 continue
-            if step.operation is Operation.NUMBER:
-                where.append(float(step.number))
-                continue
-            arguments = [k for k in (step.a, step.b) if k is not None]
-            places = [where[k] for k in arguments]
-            for k in set(arguments):
-                place = where[k]
-                idle = last[k] == i and k not in kept
-                if idle and isinstance(place, tuple) and place[0] >= first_row:
-                    free.append(place[0])  # the result may take the place of an argument
-            if free:
-                row = free.pop()
-            else:
-                row, rows = rows, rows + 1
-            where.append((row,))
-            second = places[1] if len(places) > 1 else None
-            instructions.append((NUMPY_FUNCTIONS[step.operation], places[0], second, row))
-        return instructions, [where[k] for k in program.outputs], rows - first_row
+            # The result may take the place of an argument.
+            idle = (k for k in {a, b} if k >= 0 and last[k] == i and k not in kept)
+            free += [where[k] for k in idle if where[k] >= first_row]
+            row = free.pop() if free else rows
+            rows += row == rows
+            second = None if b < 0 else where[b]
+            instructions.append((NUMPY_FUNCTIONS[operation], where[a], second, row))
+            where.append(row)
+        results = [where[k] for k in self.program.outputs]
+        return instructions, results, numbers[::-1], rows - first_row
 
 
 @frozen

@@ -22,7 +22,7 @@ from robostiff.compiled.outputs import Output, Rates
 from robostiff.errors import InputError
 from robostiff.frozen import field, frozen, replace
 from robostiff.record import Program
-from robostiff.spatial import Space
+from robostiff.spatial import Space, check_whole
 
 if TYPE_CHECKING:
     from robostiff.recorded import RecordedRobot
@@ -156,15 +156,11 @@ def processors() -> int:
 def whole_threads(threads: int | None, poses: int = 0) -> int:
     """A number of threads as it was given; of None, one for each 10^5 poses.
 
-    Raises
-    ------
-    InputError
-        When it is none.
+    Raises InputError when it is none.
     """
     if threads is None:
         return max(1, min(processors(), poses // _POSES_A_THREAD))
-    if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
-        raise InputError("threads", got=threads, expected="a whole number from 1")
+    check_whole("threads", threads)
     return threads
 
 

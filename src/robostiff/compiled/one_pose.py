@@ -85,12 +85,15 @@ class OnePose:
     def _steps(self) -> tuple[list[float], list[tuple[int, Callable[..., float], int, int]]]:
         """Numbers at their places among the steps, and what computes all others."""
         steps = self.program.steps
+        numbers = [0.0] * len(steps.a)
+        for i, number in steps.numbers.items():
+            numbers[i] = number
         instructions = [
-            (i, _FUNCTIONS[operation], a or 0, (a if b is None else b) or 0)
-            for i, (operation, a, b, _, _) in enumerate(steps)
-            if operation in _FUNCTIONS
+            (i, _FUNCTIONS[operation], a, a if b < 0 else b)
+            for i, (operation, a, b) in enumerate(steps)
+            if a >= 0
         ]
-        return [float(step.number) for step in steps], instructions
+        return numbers, instructions
 
     @cached_property
     def _function(self) -> Callable[[list[float]], list[float]]:
@@ -128,21 +131,20 @@ def written_steps(
     ([('v0', 'x[0]'), ('v5', '((v0 * v0) + 1.0) * 2.0')], ['v5'])
     """
     uses = Counter(program.outputs)
-    for step in program.steps:
-        template = expressions.get(step.operation, "")
-        for key, k in (("{a}", step.a), ("{b}", step.b)):
-            if k is not None:
-                uses[k] += template.count(key)
+    for operation, *places in program.steps:
+        template = expressions.get(operation, "")
+        for key, k in zip(("{a}", "{b}"), places, strict=True):
+            uses[k] += template.count(key)
     lines, known, depths = [], [], []
-    for i, step in enumerate(program.steps):
+    for i, (operation, a, b) in enumerate(program.steps):
         depth = 0
-        if step.operation is Operation.NUMBER:
-            number = float(step.number)
+        if operation is Operation.NUMBER:
+            number = program.steps.numbers[i]
             known.append(f"({number!r})" if number < 0 else repr(number))
         else:
-            arguments = {key: k for key, k in (("a", step.a), ("b", step.b)) if k is not None}
+            arguments = {key: k for key, k in (("a", a), ("b", b)) if k >= 0}
             texts = {key: known[k] for key, k in arguments.items()}
-            value = expressions[step.operation].format(i=i, **texts)
+            value = expressions[operation].format(i=i, **texts)
             depth = 1 + max((depths[k] for k in arguments.values()), default=0)
             if uses[i] == 1 and depth <= deepest:
                 known.append(f"({value})")

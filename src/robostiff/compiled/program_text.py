@@ -65,10 +65,12 @@ _HYPERBOLIC_TANGENT = (
 # Added to a number up to 2^51, this leaves its nearest whole number in the last bits.
 _WHOLE = 6755399441055744.0
 _WIDTH_OF_ESTIMATES = 8  # AVX-512 estimates reciprocals of roots of doubles
-_IDLE = (Operation.INPUT, Operation.NUMBER)
 # Vectors of poses on which all parts work in turn, and bytes of what parts hand on at most: as many
 # as a small first-level cache has.
 _MOST_VECTORS, _ROOM = 4, 2**15
+#: Operations beyond which machine code is made quickly. Its parts are functions then, so many each:
+#: what is not kept in registers has a place of its own on the stack.
+LONG, _PARTS_A_FUNCTION = 4500, 10
 
 
 def text_of(program: Program, width: int, length: int | None) -> str:
@@ -77,29 +79,31 @@ def text_of(program: Program, width: int, length: int | None) -> str:
     In a loop that is short against what a processor looks ahead, it does not wait for the roots and
     quotients of one vector. What the parts hand on to one another stays in the cache.
     """
-    parts = _parts(program, length or len(program.steps))
+    parts = _parts(program, length or len(program.steps.a))
     last = {j: k for k, part in enumerate(parts) for i in part for j in _read(program, i)}
-    places, free, rooms = dict[int, int](), list[int](), 0
+    places, free, rooms, ends = dict[int, int](), list[int](), 0, [list[int]() for _ in parts]
     for k, part in enumerate(parts):
-        free += [place for i, place in places.items() if last[i] == k - 1]
+        free += ends[k - 1]
         for i in part:
             if last.get(i, k) > k:
                 rooms += not free
                 places[i] = free.pop() if free else rooms - 1
+                ends[last[i]].append(places[i])
     poses = width * min(_MOST_VECTORS, max(1, _ROOM // (8 * width * max(rooms, 1))))
     places = {i: place * poses for i, place in places.items()}
-    loops, others = "", len(parts) - 1
+    loops, others = [""] * len(parts), len(parts) - 1
+    together = _PARTS_A_FUNCTION if program.operations > LONG else len(parts)
     for k, part in enumerate(parts):
         lines = _Lines(width, k)
         # Stores of the last parts would wait for memory that is not in the cache by then.
         for row in range(k, len(program.outputs), others) if k < others else ():
             lines.fetch(lines.row("output", row))
         body = "\n  ".join(_lines(program, part, places, lines))
-        before = f"part{k - 1}" if k else "poses"
+        before = f"part{k - 1}" if k % together else "poses"
         # Frozen, so that LLVM does not try to count up one address by the other, which takes as
         # long as all that it does beside.
-        after = f"part{k + 1}" if k + 1 < len(parts) else "done"
-        loops += f"""part{k}:
+        after = f"part{k + 1}" if (k + 1) % together and k < others else "done"
+        loops[k] = f"""part{k}:
   %turn{k} = phi i64 [%first, %{before}], [%next{k}, %part{k}]
   %same{k} = add i64 %turn{k}, 0
   %pose{k} = freeze i64 %same{k}
@@ -123,6 +127,21 @@ def text_of(program: Program, width: int, length: int | None) -> str:
     )
     if width == _WIDTH_OF_ESTIMATES:
         declared += f"\ndeclare {vector} @llvm.x86.avx512.rsqrt14.pd.512({vector}, {vector}, i8)"
+    turn = f"  br label %part0\n{''.join(loops)}"
+    if together < len(parts):
+        given, turn = "ptr %inputs, ptr %outputs, ptr %room_of_first, i64 %first, i64 %last", ""
+        for k in range(0, len(parts), together):
+            turn += f"  call void @parts{k}({given})\n"
+            declared += f"""
+define internal void @parts{k}({given.replace("ptr", "ptr noalias")}) #0 {{
+  {addresses}
+  br label %poses
+poses:
+  br label %part{k}
+{"".join(loops[k : k + together])}done:
+  ret void
+}}"""
+        addresses, turn = "", f"{turn}  br label %done\n"
     return f"""{declared}
 declare void @llvm.prefetch.p0(ptr, i32, i32, i32)
 define void @program(ptr noalias %inputs, ptr noalias %outputs, i64 %start, i64 %stop) #0 {{
@@ -137,8 +156,7 @@ poses:
   %last = select i1 %are_few, i64 %stop, i64 %next
   %back = sub i64 0, %first
   %room_of_first = getelementptr double, ptr %room, i64 %back
-  br label %part0
-{loops}done:
+{turn}done:
   %more = icmp slt i64 %next, %stop
   br i1 %more, label %poses, label %end
 end:
@@ -155,11 +173,11 @@ def _parts(program: Program, length: int) -> list[list[int]]:
     operations in common.
     """
     steps = program.steps
-    order = [i for i, step in enumerate(steps) if step.operation not in _IDLE]
-    partner, angles = dict[int, int](), dict[int | None, int]()
-    roots = {i for i in order if steps[i].operation is Operation.SQUARE_ROOT}
+    order = [i for i, a in enumerate(steps.a) if a >= 0]
+    partner, angles = dict[int, int](), dict[int, int]()
+    roots = {i for i in order if steps.operations[i] is Operation.SQUARE_ROOT}
     for i in order:
-        operation, a = steps[i].operation, steps[i].a
+        operation, a = steps.operations[i], steps.a[i]
         if operation in (Operation.SINE, Operation.COSINE) and angles.setdefault(a, i) != i:
             partner[angles[a]] = i
         if operation is Operation.RECIPROCAL and a in roots:
@@ -180,9 +198,9 @@ def _parts(program: Program, length: int) -> list[list[int]]:
 
 def _read(program: Program, i: int) -> list[int]:
     """Other steps that step `i` reads, inputs and numbers aside."""
-    _, a, b = (step := program.steps)[i][:3]
-    pair = (a,) if a == b else (a, b)
-    return [j for j in pair if j is not None and step[j].operation not in _IDLE]
+    places = program.steps.a
+    a, b = places[i], program.steps.b[i]
+    return [j for j in ((a,) if a == b else (a, b)) if j >= 0 and places[j] >= 0]
 
 
 def _lines(program: Program, part: list[int], places: dict[int, int], lines: _Lines) -> list[str]:
@@ -192,27 +210,26 @@ def _lines(program: Program, part: list[int], places: dict[int, int], lines: _Li
         results.setdefault(i, []).append(row)
 
     def value(j: int) -> str:
-        operation = steps[j].operation
         if j in known:
             return known[j]
-        if operation is Operation.NUMBER:
-            known[j] = lines.number(steps[j].number)
-        elif operation is Operation.INPUT:
+        if j in steps.numbers:
+            known[j] = lines.number(steps.numbers[j])
+        elif j < len(program.inputs):
             known[j] = lines.load(lines.row("input", j), 8)
         else:
             known[j] = lines.load(lines.place(places[j]), 8 * lines.width)
         return known[j]
 
     for i in part:
-        arguments = [value(j) for j in steps[i][1:3] if j is not None]
-        known[i] = lines.result(steps[i].operation, arguments)
+        arguments = [value(j) for j in (steps.a[i], steps.b[i]) if j >= 0]
+        known[i] = lines.result(steps.operations[i], arguments)
         if i in places:
             lines.store(known[i], lines.place(places[i]), 8 * lines.width)
         for row in results.get(i, ()):
             lines.store(known[i], lines.row("output", row), 8)
     if lines.part == 0:
         for i, rows in results.items():
-            for row in rows if steps[i].operation in _IDLE else ():
+            for row in rows if steps.a[i] < 0 else ():
                 lines.store(value(i), lines.row("output", row), 8)
     return lines.lines
 

@@ -146,7 +146,7 @@ def value_and_gradient(
     by : sequence of str
         Names of the parameters.
     poses : (N, n) array or JointCoordinates, optional
-        Free pose coordinates [m, rad]; home when left out.
+        Free pose coordinates [m, rad]; the home of the nominal robot when left out.
 
     Returns
     -------
@@ -172,7 +172,7 @@ def value_and_gradient(
 
     def found(values: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         expected = f"{len(by)} numbers: {', '.join(by)}"
-        given = as_floats("values of parameters", values, expected, None, (len(by),))
+        given = as_floats("values of parameters", values, expected, shape=(len(by),))
         value, rates, _ = numbers.at(given)
         return value[0], rates[0]
 

@@ -32,7 +32,6 @@ _PRECISION, _MOST_STEPS = 1e-12, 300
 _ROUNDED, _NO_DESCENT = 1e-9, 8
 # In place of the objective where there is no answer, so that a step is shortened.
 _FAR = 1e6
-_NUMBER = "a number in SI units"
 
 
 @frozen
@@ -54,9 +53,8 @@ class Within:
             raise InputError(
                 f"limits of {self.output.name}", got="none", expected="most=, least= or both"
             )
-        for word in ("most", "least"):
-            if (x := getattr(self, word)) is not None:
-                as_float(f"{word} of {self.output.name}", x, _NUMBER)
+        for _, value, _ in self.bounds:
+            as_float(f"limit of {self.output.name}", value, "a number [SI]")
 
     @property
     def bounds(self) -> list[tuple[str, float, float]]:
@@ -214,7 +212,7 @@ def optimise(
     variables : mapping of str to (float, float)
         The range of each parameter that may change [SI].
     poses : (N, n) array or JointCoordinates, optional
-        Free pose coordinates [m, rad]; home when left out.
+        Free pose coordinates [m, rad]; the home of the nominal robot when left out.
     constraints : sequence of Within
         Such as ``[rs.mass_below(60), rs.Within(rs.WorstDeflection(), most=2e-8)]``.
     combine : Worst, Mean or PNorm
@@ -249,12 +247,10 @@ def optimise(
     outputs = {output.name: output for output in (objective, *(each.output for each in limits))}
     rows = {name: k for k, name in enumerate(outputs)}
     numbers = NumbersOfDesigns.of(robot, [*outputs.values()], names, poses)
-    start = {
-        name: as_float(f"start of {name}", own, _NUMBER) for name, own in (start or {}).items()
-    }
-    x = np.array([start.get(name, robot.nominal.get(name, np.nan)) for name in names])
+    begun = {n: as_float(f"start of {n}", x, "a number [SI]") for n, x in (start or {}).items()}
+    x = np.array([begun.get(name, robot.nominal.get(name, np.nan)) for name in names])
     x = np.clip(np.where(np.isfinite(x), x, 0.5 * (low + high)), low, high)
-    first = _at_start(robot, numbers, x, start, (low, high))
+    first = _at_start(robot, numbers, x, begun, (low, high))
     size = float(np.max(np.abs(first[0]))) or 1.0
     n = len(names)
 
@@ -390,10 +386,12 @@ def _ranges(variables: Mapping[str, tuple[float, float]]) -> np.ndarray:
         raise InputError(
             "variables", got="none", expected="names with ranges", hint='write {"R": (0.4, 0.6)}'
         )
-    subject, expected = "ranges of variables", "a lower and a higher value each"
-    ends = np.array([as_floats(subject, own, expected, None, (2,)) for own in variables.values()])
+    expected = "a lower and a higher value each [SI]"
+    ends = np.array(
+        [as_floats(f"range of {n}", v, expected, shape=(2,)) for n, v in variables.items()]
+    )
     if not np.all(ends[:, 0] < ends[:, 1]):
-        raise InputError(subject, got=dict(variables), expected=expected)
+        raise InputError("ranges of variables", got=dict(variables), expected=expected)
     return ends.T
 
 

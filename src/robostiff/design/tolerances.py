@@ -19,7 +19,7 @@ from robostiff.design.numbers import (
 )
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.frozen import frozen
-from robostiff.io.expression import parameter_values
+from robostiff.io.units import parse_quantity
 from robostiff.kinematics import JointCoordinates
 from robostiff.markup import InNotebooks, number, percent
 from robostiff.model import Robot
@@ -44,7 +44,8 @@ class Uniform:
     Attributes
     ----------
     half_width : float or str
-        A part of the nominal value, or a text with a unit: ``0.2``, ``"0.2 mm"``.
+        A part of the nominal value, ``0.2``; or a text with the unit of the parameter,
+        ``"0.2 mm"``, without one only where the parameter is a plain number.
     """
 
     half_width: float | str
@@ -57,24 +58,38 @@ class Normal:
     Attributes
     ----------
     deviation : float or str
-        Standard deviation, a part of the nominal value, or a text with a unit.
+        Standard deviation, as the half-width of `Uniform` is given.
     """
 
     deviation: float | str
 
 
 def _deviation(spread: Uniform | Normal, robot: Robot, name: str) -> float:
-    """Standard deviation of a parameter [SI]; a text measures what that of a model file does."""
+    """Standard deviation of a parameter [SI]; a text has the unit of what a model file gives.
+
+    A bare number in a text could be one of SI units, as elsewhere, or the part that a number is.
+    """
     subject, nominal = f"spread of {name!r}", float(robot.nominal[name])
     is_uniform = isinstance(spread, Uniform)
     given = spread.half_width if is_uniform else spread.deviation
     if isinstance(given, str):
-        meaning = robot.meanings.get(name, "").rpartition(" in the model")[0]
-        nominals = {"spread": meaning.rpartition(", ")[2] or "0"}  # such as 0.35 m
         try:
-            size = float(parameter_values(nominals, {"spread": given})["spread"].magnitude)
+            quantity = parse_quantity(given)
         except InputError as error:
             raise InputError(subject, got=given, expected=error.expected, hint=error.hint) from None
+        unit = robot.units.get(name)  # None: of a symbol that comes from no file
+        like = parse_quantity(f"{nominal!r} {unit or ''}")
+        is_like = quantity.is_bare == like.is_bare and quantity.units.is_like(like.units)
+        if unit is not None and not is_like:
+            part = f"{type(spread).__name__}({given.strip()})"
+            hint = f'write "{given.strip()} {unit}", or {part} for that part of the nominal value'
+            raise InputError(
+                subject,
+                got=given,
+                expected=f"the same dimension as {like}",
+                hint=hint if quantity.is_bare else None,
+            )
+        size = float(quantity.magnitude)
     elif nominal == 0.0:
         expected = "a text with a unit, as its nominal value is zero"
         raise InputError(subject, got=given, expected=expected)
@@ -153,8 +168,7 @@ class Tolerances(InNotebooks):
         Raises InputError when there is no such output or pose, or no bin.
         """
         values = self._at(name, pose)
-        if not (isinstance(bins, int) and bins > 0):
-            raise InputError("bins", got=bins, expected="a whole number from 1 on")
+        check_whole("bins", bins)
         return np.histogram(values[np.isfinite(values)], bins)
 
     def rank_correlations(self, name: str, pose: int = 0) -> dict[str, float]:
@@ -240,7 +254,7 @@ def tolerances(
     outputs : sequence of Output
         Of one number a pose.
     poses : (N, n) array or JointCoordinates, optional
-        Free pose coordinates [m, rad]; home when left out.
+        Free pose coordinates [m, rad]; the home of the nominal robot when left out.
     samples : int
         Rounded up to eight times a power of two.
     seed, threads : int
@@ -427,7 +441,7 @@ def sobol_indices(
     output : Output
         Of one number a pose.
     pose : (n,) array or JointCoordinates, optional
-        Free pose coordinates [m, rad]; home when left out.
+        Free pose coordinates [m, rad]; the home of the nominal robot when left out.
     samples : int
         A power of two; ``samples (n + 2)`` robots are computed.
 

@@ -25,7 +25,7 @@ from robostiff.spatial.formula import (
 )
 
 
-@frozen(eq=False)
+@frozen
 class Elasticity:
     """Compliance and freedoms of an element, about its own point and in its own axes.
 

@@ -19,7 +19,7 @@ from robostiff.kinematics import JointCoordinates, Pose, find_posture, posture_f
 from robostiff.kinematics.pose import joint_units
 from robostiff.markup import number
 from robostiff.model import Actuated, Robot
-from robostiff.spatial import as_floats, check_whole
+from robostiff.spatial import as_float, as_floats, check_whole
 
 # Of the information of all candidates: what every choice has, so that few poses can be compared.
 _RIDGE = 1e-10
@@ -217,7 +217,7 @@ def choose_poses(
     rows = np.flatnonzero(reached.reached & reached.within_limits)
     if len(rows) < (least := 1 if repeats else count):
         raise InputError("candidates", got=f"{len(rows)} in reach", expected=f"at least {least}")
-    readings = len(loads) * len(names)
+    readings, sigma = len(loads) * len(names), as_float("sigma", sigma, "one number [m]", "m")
     measured = Measurements(
         kind(np.repeat(q[rows], readings, axis=0)),
         np.zeros((len(rows) * readings, 3)),

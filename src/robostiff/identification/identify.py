@@ -15,7 +15,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.identification.identified import Identified
-from robostiff.identification.measurement_kinds import MOTIONS, PLACES, Reading
+from robostiff.identification.measurement_kinds import PLACES, Reading
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.search import Robust, Squares, fitted
@@ -86,7 +86,8 @@ def known_frames(
             "frames of displacements and distances",
             got="unknown ones",
             expected="known ones: only points tell where instrument and markers are",
-            hint='write frames=rs.KnownFrames({"marker": [0, 0, 0.05]})',
+            hint='write frames=rs.KnownFrames({"tip": [0, 0, 0.05]}); on the '
+            'command line --marker "tip=0 0 50 mm" --instrument "0 0 0 0 0 0"',
         )
     for name in names if markers is None else ():
         if measured.markers.count(name) == 1:
@@ -297,13 +298,11 @@ def _model_of(
     instrument, markers, turns, turned = known_frames(measured, frames)
     R = np.eye(3) if instrument is None else turn_by_vector(instrument[3:])
     states = States.of(robot, measured, R)
-    small = measured.are(*MOTIONS).all() and not states.sites
-    small &= all(u.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for u in parameters)
     p = np.array([unknown.nominal for unknown in parameters])
-    statics: FiniteLoads | SmallLoads = SmallLoads(states, robot, tuple(x.name for x in parameters))
-    if not small:
-        of_drives = measured.of_drives.any()
-        statics = FiniteLoads(states, robot, parameters, gravity, bool(of_drives))
+    statics: FiniteLoads | SmallLoads = FiniteLoads(states, robot, parameters, gravity)
+    if all(u.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for u in parameters):
+        statics = SmallLoads(states, statics)
+    statics = statics.of_readings(measured, states)
     try:
         statics, codes = statics.checked(p)
     except InputError as error:

@@ -191,13 +191,8 @@ class _Table:
             not_here=not_here,
             first=first,
         )
-        header, heading = Location(path, table.header + first or None, 1), table.lines[table.header]
-        names = posture_columns(robot, table.si.keys(), header, heading, "pose_")
-        bound = {*names} - {f"pose_{coordinate.value}" for coordinate in robot.coordinates}
-        for column in table.columns if names[0] == "pose_x" and robot.coordinates else ():
-            if column.name in bound:
-                why = "it is no free coordinate of the robot"
-                warn_of_slip(f"{column.at}: column {column.name!r} is not read: {why}")
+        header = Location(path, table.header + first or None, 1)
+        names = posture_columns(robot, table, header, "pose_")
         for key, begins in (("along", "u_"), ("distance", "from_")):
             for column in table.columns if key not in table.si else ():
                 if column.name.startswith(begins):
@@ -207,7 +202,7 @@ class _Table:
             raise FileError(
                 header,
                 "names of columns",
-                got=heading,
+                got=table.lines[table.header],
                 expected="what was read: x, y, z; dx, dy, dz; along; distance; torque; or angle, "
                 "with units",
             )
@@ -262,10 +257,7 @@ class _Table:
                 )
             for column in si.values() if missing else ():
                 column[row] = column[before]
-        postures = postures_of(self.robot, self.names, si, len(self.lines))
-        if isinstance(postures, JointCoordinates) or not self.robot.coordinates:
-            return postures
-        return postures[:, self.robot.coordinate_places]
+        return postures_of(self.robot, self.names, si, len(self.lines))
 
     def _hooks(self) -> tuple[np.ndarray, list[str]]:
         """Where loads act (N, 3), in frames of bodies, and these; not a number at the origins."""

@@ -288,6 +288,7 @@ class Measurements:
 def _rows(name: str, values: ArrayLike, count: int, size: int, *, may_miss: bool) -> np.ndarray:
     """One row a reading (N, size); not a number where it may be missing."""
     expected, missing = f"({size},) or ({count}, {size})", np.array(False)
+    values = in_si(name, values, expected, None)
     with suppress(TypeError, ValueError):  # of what are no numbers, which are refused below
         if may_miss:
             missing = np.isnan(np.asarray(values, dtype=float))

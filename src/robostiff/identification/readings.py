@@ -60,7 +60,8 @@ class ReadingModel:
             if name not in self.names:
                 raise InputError("marker", got=name, expected=f"one of {', '.join(self.names)}")
         states = States.of(self.statics.robot, measured, self.frames(x)[0])
-        statics, _ = self.statics.with_states(states).checked(x[: len(self.parameters)])
+        statics = self.statics.of_readings(measured, states)
+        statics, _ = statics.checked(x[: len(self.parameters)])
         return replace(self, measured=measured, statics=statics).with_errors_of_loads(x)
 
     def with_errors_of_loads(self, x: np.ndarray) -> ReadingModel:

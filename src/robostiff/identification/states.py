@@ -178,6 +178,10 @@ class FiniteLoads:
         """The same for other states."""
         return replace(self, states=states, lost=None)
 
+    def of_readings(self, measured: Measurements, states: States) -> FiniteLoads:
+        """The same for other readings, and their states."""
+        return replace(self.with_states(states), drives=bool(measured.of_drives.any()))
+
     @cached_property
     def factors(self) -> np.ndarray:
         """By which parameters are multiplied in states (S, n): half a sign where they are play."""
@@ -271,8 +275,12 @@ class SmallLoads:
     """Displacements in proportion to loads, by the compliance matrix: ``t = C W``."""
 
     states: States
-    robot: Robot
-    names: tuple[str, ...]
+    finite: FiniteLoads  # the same by equilibria, for all other readings
+
+    @property
+    def robot(self) -> Robot:
+        """With symbols."""
+        return self.finite.robot
 
     @cached_property
     def _unloaded(self) -> tuple[np.ndarray, np.ndarray]:
@@ -286,6 +294,12 @@ class SmallLoads:
         """The same for other states."""
         return replace(self, states=states)
 
+    def of_readings(self, measured: Measurements, states: States) -> FiniteLoads | SmallLoads:
+        """The same for other readings; by equilibria if not all are motions by the platform."""
+        if measured.are(*MOTIONS).all() and not states.sites:
+            return self.with_states(states)
+        return self.finite.of_readings(measured, states)
+
     def checked(self, values: np.ndarray) -> tuple[SmallLoads, np.ndarray]:
         """Itself, and status codes (S,): what its kernel does not answer is computed again."""
         return self, self.at(values).status_codes
@@ -293,8 +307,9 @@ class SmallLoads:
     def at(self, values: np.ndarray) -> PlacesInStates:
         """Places at values (n,) of the parameters."""
         (points, R), rows = self._unloaded, list(self.robot.space.rows)
-        by_name = dict(zip(self.names, values.tolist(), strict=True))
-        compiled = _compliances(self.robot, self.names, self.states.backend)
+        names = self.finite.names
+        by_name = dict(zip(names, values.tolist(), strict=True))
+        compiled = _compliances(self.robot, names, self.states.backend)
         answer = compiled.evaluate(self.states.pose, parameters=by_name)
         B = R @ self.states.levers
         W = self.states.wrenches.copy()

@@ -78,7 +78,9 @@ def read_table(
     try:
         lines = tuple(content.decode("utf-8-sig").splitlines())
     except UnicodeDecodeError:
-        raise FileError(Location(str(path)), "text", got="other bytes", expected="UTF-8") from None
+        got, hint = Words("other bytes"), "save the file as UTF-8"
+        place = Location(str(path))
+        raise FileError(place, "text", got=got, expected="UTF-8", hint=hint) from None
     return table_of(str(path), lines, units, what, others=others)
 
 
@@ -255,17 +257,20 @@ def _number(field: str, comma: bool) -> float:
 
 
 def posture_columns(
-    robot: Robot, names: Collection[str], at: Location, heading: str, prefix: str = ""
+    robot: Robot, table: CsvTable, at: Location, prefix: str = "", angles: str | None = None
 ) -> list[str]:
     """Names of all coordinates of the kind that a file has, joints or, behind a prefix, a pose.
 
+    Warns of coordinates of a pose that are not free, but of Euler angles.
+
     Raises FileError at a heading that has none of them, both kinds, or some joints of an arm alone.
     """
-    joints = coordinate_units(robot)
+    joints, names = coordinate_units(robot), table.si.keys()
     poses = [f"{prefix}{name}" for name in POSE_UNITS]
     kinds = [kind for kind in ([*joints], poses) if set(kind) & set(names)]
     if not kinds:
         expected = f"some of {', '.join([*joints, *poses])}, with units"
+        heading = table.lines[table.header]
         raise FileError(at, "names of columns", got=heading, expected=expected)
     if len(kinds) > 1:
         raise FileError(at, "postures", got="joints and poses", expected="one kind of them")
@@ -273,16 +278,41 @@ def posture_columns(
     if kinds[0] != poses and absent:
         got = Words(f"no column of {', '.join(absent)}")
         raise FileError(at, "joints of the arm", got=got, expected="columns of all of them")
+    bound = {*poses[: None if angles is None else 3]} if robot.coordinates else set[str]()
+    bound -= {f"{prefix}{coordinate.value}" for coordinate in robot.coordinates}
+    for column in table.columns if kinds[0] == poses else ():
+        if column.name in bound:
+            why = "it is no free coordinate of the robot"
+            warn_of_slip(f"{column.at}: column {column.name!r} is not read: {why}")
     return kinds[0]
 
 
 def postures_of(
-    robot: Robot, names: list[str], si: Mapping[str, np.ndarray], count: int
+    robot: Robot,
+    names: list[str],
+    si: Mapping[str, np.ndarray],
+    count: int,
+    angles: str | None = None,
 ) -> np.ndarray | JointCoordinates:
-    """Joints (N, n) or poses (N, 6) by `posture_columns`; what a pose leaves out is at home."""
+    """Joints, or free coordinates of poses, (N, n) by `posture_columns`.
+
+    What a pose leaves out is at home; its rotation is a vector, or Euler angles in an order.
+    """
     by_joints = names[0] in coordinate_units(robot)
     numeric = robot.numeric
     home = numeric.legs[0].chain.home if by_joints else home_coordinates(numeric)
     columns = [si.get(name, np.full(count, float(q))) for name, q in zip(names, home, strict=True)]
     postures = np.array(columns).T
-    return JointCoordinates(postures) if by_joints else postures
+    if by_joints:
+        return JointCoordinates(postures)
+    if angles is not None:
+        from scipy.spatial.transform import Rotation
+
+        turned = Rotation.from_euler(angles, postures[:, euler_places(angles)])
+        postures[:, 3:] = turned.as_rotvec()
+    return postures[:, robot.coordinate_places] if robot.coordinates else postures
+
+
+def euler_places(angles: str) -> list[int]:
+    """Columns of a pose that have Euler angles, in their order."""
+    return [3 + "xyz".index(axis) for axis in angles.lower()]

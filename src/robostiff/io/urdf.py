@@ -221,6 +221,7 @@ _HARMLESS = frozenset(
         *("link", "joint", "material", "gazebo", "transmission", "ros2_control", "sensor"),
         *("loop_joint", "constraint", "mujoco", "plugin", "version", "verbose"),
         *("drake:collision_filter_group", "collision_checking"),
+        *("xacro:property", "xacro:arg", "xacro:macro"),  # what an expansion may leave
     )
 )
 
@@ -264,8 +265,11 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     springs = _springs(root, unread)
     _name_parts_not_read(root, unread)
     for element in root.children:
-        if element.tag not in _HARMLESS and not element.tag.startswith("xacro"):
-            unread.setdefault(f"<{element.tag}>", []).append(element.place)
+        if element.tag not in _HARMLESS:
+            of_xacro = " (expanded in a file that is called .xacro)" * element.tag.startswith(
+                "xacro:"
+            )
+            unread.setdefault(f"<{element.tag}>{of_xacro}", []).append(element.place)
         elif element.tag == "transmission" and len(element.all("joint")) > 1:
             unread.setdefault("transmissions that connect several joints", []).append(element.place)
         elif element.tag == "gazebo" and "reference" not in element.attributes:

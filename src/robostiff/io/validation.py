@@ -15,7 +15,7 @@ from pydantic import BaseModel, RootModel, Tag, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import GenerateJsonSchema
 
-from robostiff.errors import FileError, InputError, Location, Words
+from robostiff.errors import UNSAID, FileError, InputError, Location, Words
 from robostiff.frozen import frozen
 from robostiff.io.document import Document
 from robostiff.io.suggest import did_you_mean, listing, nearest, phrase, shown, values
@@ -125,7 +125,7 @@ class Problem:
 
     path: tuple[Step, ...]  # from the top of what was validated
     # as in `InputError`
-    got: Any = None
+    got: Any = UNSAID
     expected: str | None = None
     subject: str = "wrong value"
     hint: str | None = None
@@ -196,7 +196,7 @@ def _problem_of_key(
         return Problem(tuple(parent), Words(values(came)), values(wanted), "wrong length")
     words = [field.description for name, field in fields if key in (name, field.alias)]
     hint = f"{key} is {words[0]}" if words and words[0] else None
-    return Problem(path, None, None, "missing key", hint, Rank.MISSING_KEY)
+    return Problem(path, UNSAID, None, "missing key", hint, Rank.MISSING_KEY)
 
 
 def _problem_of_tag(value: Any, name: str, path: tuple[Step, ...], annotation: Any) -> Problem:
@@ -206,7 +206,7 @@ def _problem_of_tag(value: Any, name: str, path: tuple[Step, ...], annotation: A
     allowed, key = list(tags(annotation, name)), (*path, name)
     if name in value:
         return _unknown_word(value[name], allowed, key)
-    return Problem(key, None, _one_of(allowed), "missing key", rank=Rank.MISSING_KEY)
+    return Problem(key, UNSAID, _one_of(allowed), "missing key", rank=Rank.MISSING_KEY)
 
 
 def _unknown_word(value: Any, words: list[str], path: tuple[Step, ...]) -> Problem:

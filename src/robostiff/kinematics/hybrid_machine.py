@@ -168,6 +168,7 @@ def hybrid_machine(
     if len(set(names)) < len(names):
         raise InputError("names of the modules", got=names, expected="each name once")
     nominal: dict[str, float] = {}
+    robots = [module.robot for module in modules if module.robot is not None]
     for module in modules:
         for symbol, value in ({} if module.robot is None else module.robot.nominal).items():
             if nominal.setdefault(symbol, value) != value:
@@ -210,6 +211,8 @@ def hybrid_machine(
         title=title,
         source=source,
         nominal=nominal,
+        meanings={name: text for own in robots for name, text in own.meanings.items()},
+        units={name: unit for own in robots for name, unit in own.units.items()},
         platform_masses=() if last is None else last.platform_masses,
         gravity=own_gravity if gravity is None else gravity,
     )

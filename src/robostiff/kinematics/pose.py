@@ -292,6 +292,7 @@ def requested_joints(robot: Robot, pose: JointCoordinates) -> PoseRequest:
     """
     chain, subject = robot.legs[0].chain, f"joint coordinates of {robot.name!r}"
     words = f"{chain.size} finite numbers in the last axis"
+    check_order(subject, pose.values, chain.coordinate_names)
     q = as_floats(subject, pose.values, words, joint_units(chain))
     if q.ndim == 0 or q.shape[-1] != chain.size:
         raise InputError(subject, got=pose.values, expected=words)

@@ -51,6 +51,11 @@ class Posture:
     elsewhere: np.ndarray
     length: float
 
+    def __repr__(self) -> str:
+        count, reached = len(self.pose), int(np.count_nonzero(self.reached))
+        poses = f"{count} pose{'s' * (count != 1)}"
+        return f"<Posture of {self.robot.name!r} at {poses}, {reached} within reach>"
+
     @cached_property
     def reached(self) -> np.ndarray:
         """Which poses all legs reach, in the assembly mode of home (N,)."""

@@ -254,15 +254,16 @@ def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage
     return DrivenLinkage(part, joints, close(part))
 
 
-def network_at(linkage: Linkage, values: JointValues | None = None) -> Network:
+def network_at(linkage: Linkage, values: DriveValues | None = None) -> Network:
     """A linkage as a network, with some joints at given coordinates.
 
     Parameters
     ----------
     linkage : Linkage
-    values : mapping of str to float or sequence of float, optional
-        Coordinates of joints by name [m, rad], which these joints keep. The others start at
-        home and follow as the loops need. The home configuration when left out.
+    values : mapping of str to float or sequence of float, or (n,) array, optional
+        Coordinates of joints by name, or of all actuated ones [m, rad], which these joints keep.
+        The others start at home and follow as the loops need. The home configuration when left
+        out.
 
     Raises
     ------
@@ -274,15 +275,22 @@ def network_at(linkage: Linkage, values: JointValues | None = None) -> Network:
     return network_of(*closed_at(linkage, values))
 
 
-def closed_at(linkage: Linkage, values: JointValues | None = None) -> tuple[Linkage, Configuration]:
+def closed_at(linkage: Linkage, values: DriveValues | None = None) -> tuple[Linkage, Configuration]:
     """The part between base and platform, closed; as `network_at`.
 
     Every path begins at the same home, which is closed once.
     """
-    given = linkage.checked(values or {})
-    driven = driven_by(linkage.in_floats, tuple(given))
-    row = np.concatenate([np.zeros(0), *(given[name] for name in driven.drives)])
-    (found,) = driven.at(row[None])
+    if values is None or isinstance(values, Mapping):
+        given = linkage.checked(values or {})
+        driven = driven_by(linkage.in_floats, tuple(given))
+        row = np.concatenate([np.zeros(0), *(given[name] for name in driven.drives)])
+    else:
+        driven = driven_by(linkage.in_floats, None)
+        row = driven.rows(values)
+        if row.size != len(driven.inputs):
+            subject, expected = f"driven joints of {linkage.name!r}", "one configuration"
+            raise InputError(subject, got=f"shape {row.shape}", expected=expected)
+    (found,) = driven.at(row.reshape(1, -1))
     if not found.is_closed:
         raise NoAnswerError(
             f"the loops of {linkage.name!r} do not close: {found.complaint}; {found.advice}"

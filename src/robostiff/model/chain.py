@@ -341,6 +341,8 @@ class Chain:
             else:
                 moves = isinstance(element, Joint | Telescope)
                 role = f" ({type(element.role).__name__.lower()})" if moves else ""
+                if isinstance(element, Link) and (free := element.elasticity.freedoms.shape[1]):
+                    role = f" ({free} free direction{'s' * (free > 1)})"
                 words.append(f"{element.name}{role}")
         of_sums = (f"{c.in_words} ({type(c.role).__name__.lower()})" for c in self.couplings)
         return [*words, *of_sums]

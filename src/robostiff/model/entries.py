@@ -21,7 +21,7 @@ Part = TypeVar("Part")
 OfSymbols = TypeVar("OfSymbols", bound="Symbolic")
 
 # Limits and laws of drives and nominal values of symbols are not part of a formula.
-_NO_ENTRIES = frozenset(("limits", "nominal", "meanings", "laws"))
+_NO_ENTRIES = frozenset(("limits", "nominal", "meanings", "units", "laws"))
 
 
 def with_entries(
@@ -103,29 +103,6 @@ def as_meant(robot: Part) -> Part:
 _ROUNDING = 4 * float(np.finfo(float).eps)
 _SHORT = 12  # digits of a number as it is written
 _IN_DIGITS = Context(prec=30)  # a formula before it is rounded to a float
-
-
-def are_equal(one: Any, other: Any) -> bool:
-    """Whether two models, or parts of them, have equal values throughout; lengths exactly.
-
-    Examples
-    --------
-    >>> from robostiff.robots import load
-    >>> first, second, *_ = load("hexapod").legs
-    >>> are_equal(first.chain, second.chain), are_equal(first.base, second.base)
-    (True, False)
-    """
-    if one is other:
-        return True
-    if type(one) is not type(other):
-        return False
-    if isinstance(one, np.ndarray):
-        return np.array_equal(one, other)
-    if is_dataclass(one):
-        return all(are_equal(getattr(one, k), getattr(other, k)) for k in names_of(type(one)))
-    if isinstance(one, tuple):
-        return len(one) == len(other) and all(map(are_equal, one, other))
-    return bool(one == other)
 
 
 def formulas(part: Any, seen: set[int] | None = None) -> Iterator[Any]:
@@ -234,6 +211,8 @@ class Symbolic:
         vanishes, so does a beam; beyond, it points the other way. The samples of a record are on
         one side, and what depends on the side is a number there.
         """
+        if not self.has_formulas:  # of which a robot in numbers has none, without SymPy
+            return ()
         import sympy as sp
 
         bounds = [(self.name, Bounds(f"parameter {x}", x)) for x in self.symbols if x.is_positive]
@@ -242,7 +221,8 @@ class Symbolic:
         squares = {x.base for x in powers if getattr(x.exp, "q", 1) == 2 and x.base.is_Add}
         nominal = {x: self.nominal[str(x)] for x in self.symbols} if squares else {}
         hint = "a beam turns round there: load the model with such values to compile it"
-        for factor, times in (pair for x in squares for pair in sp.sqf_list(x)[1]):
+        parts = (part for x in squares for part in sp.fraction(sp.together(x)))
+        for factor, times in (pair for part in parts for pair in sp.sqf_list(part)[1]):
             if times % 2 == 0 and not factor.is_positive:
                 value = factor if factor.subs(nominal) > 0 else -factor
                 bounds.append((self.name, Bounds(str(value), value, hint=hint)))

@@ -39,7 +39,8 @@ class Mass:
         Where it is in its body [m]: in the frame in which its part begins, of a joint in that
         behind it; in the platform frame for a mass on the platform; in world axes from the point of
         a node. None for the middle between the ends of the part, or the origin of the platform
-        frame.
+        frame; of one that is given beside those of the robot, for the place of its part, or the
+        reference point.
     span : (float, float) or None
         Of a mass that is spread evenly along an elastic part: from which to which part of its
         length. An elastic part without a `centre` or `inertia` has it spread along all of it.

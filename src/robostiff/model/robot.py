@@ -14,7 +14,7 @@ from robostiff.frozen import field, frozen, replace
 from robostiff.model.body_spring import BodySpring, refuse_springs
 from robostiff.model.chain import Chain
 from robostiff.model.checks import check_distinct, vector3
-from robostiff.model.entries import Symbolic, are_equal
+from robostiff.model.entries import Symbolic
 from robostiff.model.flexible_platform import FlexiblePlatform
 from robostiff.model.joint import Passive
 from robostiff.model.mass import Mass, gravity_vector, masses_of
@@ -109,6 +109,8 @@ class Robot(Symbolic, Subject):
         The values in SI units that a model file gives to its symbols.
     meanings : mapping of str to str
         What the symbols of a model file stand for, such as "length, 0.35 m in the model".
+    units : mapping of str to str
+        The SI unit of each symbol of a model file, such as "N/m"; "" for a plain number.
     platform : FlexiblePlatform or None
         What bends between the legs and the reference point; None for a rigid platform.
     platform_masses : tuple of Mass
@@ -133,6 +135,7 @@ class Robot(Symbolic, Subject):
     source: str = ""
     nominal: Mapping[str, float] = field(default_factory=dict)
     meanings: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict, kw_only=True)
     platform: FlexiblePlatform | None = None
     platform_masses: tuple[Mass, ...] = ()
     gravity: Any = None
@@ -142,8 +145,8 @@ class Robot(Symbolic, Subject):
     def __post_init__(self) -> None:
         point = vector3(f"reference point of {self.name!r}", self.reference_point)
         object.__setattr__(self, "reference_point", point)
-        object.__setattr__(self, "nominal", dict(self.nominal))
-        object.__setattr__(self, "meanings", dict(self.meanings))
+        for name in ("nominal", "meanings", "units", "laws"):
+            object.__setattr__(self, name, dict(getattr(self, name)))
         object.__setattr__(self, "platform_masses", masses_of(self.platform_masses))
         if self.gravity is not None:
             gravity = gravity_vector(f"gravity of {self.name!r}", self.gravity)
@@ -159,12 +162,11 @@ class Robot(Symbolic, Subject):
         check_distinct("names of the parts, leg/part", parts)
         legs: list[Leg] = []  # those with equal chains have one: what is asked of it is found once
         for leg in self.legs:
-            equal = (other.chain for other in legs if are_equal(other.chain, leg.chain))
+            equal = (other.chain for other in legs if other.chain == leg.chain)
             chain = next(equal, leg.chain)
             legs.append(leg if chain is leg.chain else replace(leg, chain=chain))
         object.__setattr__(self, "legs", tuple(legs))
         object.__setattr__(self, "springs", tuple(self.springs))
-        object.__setattr__(self, "laws", dict(self.laws))
         check_distinct("names of the springs", [spring.name for spring in self.springs])
         if self.home is None and any(leg.chain.has_blocks for leg in self.legs):
             raise InputError(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.analysis.maps.variables import status_flags, status_words
-from robostiff.errors import InputError, needs_extra
+from robostiff.errors import InputError, needs_extra, warn_of_slip
 from robostiff.frozen import frozen
 from robostiff.markup import number, prefixed, short
 from robostiff.plot.picture import REGIONS, Category, PlotAxis, Region
@@ -207,7 +207,12 @@ def _chosen(
             words.append(f"{wanted}")
         elif name in dataset.coords:
             chosen[name] = int(np.argmin(np.abs(labels - wanted)))
-            unit = dataset[name].attrs.get("units", "")
+            unit, ends = dataset[name].attrs.get("units", ""), (labels.min(), labels.max())
+            if not ends[0] - 1e-9 <= wanted <= ends[1] + 1e-9:
+                values = _choices(dataset, array, name)
+                warn_of_slip(
+                    f"{name} = {short(wanted, 4)} {unit}: the map has {values}; its end is shown"
+                )
             words.append(f"{name} = {short(float(labels[chosen[name]]), 4)} {unit}".strip())
         else:
             if not 0 <= wanted < size or wanted != int(wanted):

@@ -27,7 +27,6 @@ from robostiff.record.functions import with_turn as with_turn
 from robostiff.record.program import CLOSED as CLOSED
 from robostiff.record.program import Flag as Flag
 from robostiff.record.program import Program as Program
-from robostiff.record.program import Step as Step
 from robostiff.record.record import NUMPY_FUNCTIONS as NUMPY_FUNCTIONS
 from robostiff.record.record import OPERATORS as OPERATORS
 from robostiff.record.record import Entry as Entry

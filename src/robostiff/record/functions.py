@@ -18,12 +18,13 @@ def square_root(x: Any) -> Any:
     """Square root of an entry, a number, or each entry of an array."""
     if not isinstance(x, Entry):
         return exact_root(x) if is_exact(x) else math.sqrt(x)
-    operation, a, b = x.record.operations[x.step]
+    operation, a, b = x.record.operation(x.step)
     if operation is Operation.MULTIPLY and a == b:  # known where its sign is, at all samples alike
         root = Entry(x.record, a)
-        if np.all(root.sample > 0):
+        sample = root.sample.tolist()
+        if sample and all(value > 0 for value in sample):
             return root
-        if np.all(root.sample < 0):
+        if sample and all(value < 0 for value in sample):
             return -root
     return x.apply(Operation.SQUARE_ROOT)
 
@@ -43,7 +44,7 @@ def cosine(x: Any) -> Any:
 def _of_turn(x: Any, at_zero: int, operation: Operation, function: Callable[..., float]) -> Any:
     """Sine or cosine: what it is at zero is also its place in the turns of a record."""
     if isinstance(x, Entry):
-        last, a, _ = x.record.operations[x.step]
+        last, a, _ = x.record.operation(x.step)
         if last is Operation.NEGATE:
             found = _of_turn(Entry(x.record, a), at_zero, operation, function)
             return found if at_zero else -found
@@ -179,7 +180,7 @@ def derivatives_along(
     rates: dict[int, Any] = {record.input(name).step: rate for name, rate in direction.items()}
     steps = [x.step for x in outputs if isinstance(x, Entry)]
     for step in record.needed(steps):
-        operation, first, second = record.operations[step]
+        operation, first, second = record.operation(step)
         if step in rates:
             continue
         if operation not in _OF_ONE and operation not in _OF_TWO:
@@ -218,7 +219,7 @@ def gradient(record: Record, output: Any, names: Sequence[str]) -> list[Any]:
         rates[output.step] = 1
         steps = list(record.needed([output.step]))
     for step in reversed(steps):
-        operation, first, second = record.operations[step]
+        operation, first, second = record.operation(step)
         rate = rates.get(step, 0)
         if is_zero(rate) or (operation not in _OF_ONE and operation not in _OF_TWO):
             continue

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from enum import IntFlag
-from functools import cached_property, partial
-from typing import Any, NamedTuple
+from itertools import islice
+from typing import Any
 
 import numpy as np
 
@@ -26,51 +26,20 @@ class Flag(IntFlag):
     MEETING = 16  # eigenvalues meet, which have no derivatives there
 
 
-class Step(NamedTuple):
-    """One operation of a program on the results of earlier steps."""
+@frozen
+class ProgramSteps:
+    """Operations in order, each on the results of earlier ones."""
 
-    operation: Operation
-    a: int | None = None  # earlier steps; none for an input or a number
-    b: int | None = None
-    number: Any = 0.0
-    name: str = ""  # of an input, or one that the record gave
-
-
-@frozen(eq=False)
-class _ReadSteps(Sequence[Step]):
-    """Steps of a file, made when they are needed: at one pose few programs of a file run."""
-
-    letters: str  # of the operations
+    operations: list[Operation]
     a: list[int]  # places of the arguments; -1 of none
     b: list[int]
     numbers: Mapping[int, float]  # by place
-    names: Mapping[int, str]
-
-    @cached_property
-    def _steps(self) -> tuple[Step, ...]:
-        count, operations = len(self), map(_OPERATIONS.__getitem__, self.letters)
-        columns: list[list[Any]] = [[None if k < 0 else k for k in x] for x in (self.a, self.b)]
-        columns += [0.0] * count, [""] * count
-        for column, known in zip(columns[2:], (self.numbers, self.names), strict=True):
-            for i, value in known.items():
-                column[i] = value
-        each = zip(operations, *columns, strict=True)
-        return tuple(map(partial(tuple.__new__, Step), each))  # in half the time of `Step`
-
-    def __len__(self) -> int:
-        return len(self.letters)
-
-    def __iter__(self) -> Iterator[Step]:
-        return iter(self._steps)
-
-    def __getitem__(self, place: Any) -> Any:
-        return self._steps[place]
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Sequence) and self._steps == tuple(other)
 
     def __hash__(self) -> int:
-        return hash(self._steps)
+        return hash(tuple(self.operations))
+
+    def __iter__(self) -> Iterator[tuple[Operation, int, int]]:
+        return zip(self.operations, self.a, self.b, strict=True)
 
 
 @frozen
@@ -81,7 +50,7 @@ class Program:
     ----------
     inputs : tuple of str
         The first steps are the inputs, in this order.
-    steps : sequence of Step
+    steps : ProgramSteps
     outputs : tuple of int
         Steps that are the results.
 
@@ -95,41 +64,45 @@ class Program:
     """
 
     inputs: tuple[str, ...]
-    steps: Sequence[Step]
+    steps: ProgramSteps
     outputs: tuple[int, ...]
 
     @classmethod
-    def of(cls, record: Record, outputs: Sequence[Any], *, exact: bool = False) -> Program:
-        """The program that computes entries of a record, or gives numbers.
+    def of(
+        cls, record: Record, outputs: Sequence[Any], inputs: tuple[str, ...] | None = None
+    ) -> Program:
+        """The program that computes entries of a record, or gives numbers, which become floats.
 
         Parameters
         ----------
         record : Record
         outputs : sequence of Entry or number
-        exact : bool
-            Whether numbers of SymPy stay exact; otherwise they become floats.
+        inputs : tuple of str, optional
+            Those of the record on which the outputs depend, or more; all when left out.
         """
         wanted = [step_of(record, x) for x in outputs]
-        steps = [Step(Operation.INPUT, name=name) for name in record.inputs]
-        place = {record.input(name).step: i for i, name in enumerate(record.inputs)}
+        inputs = record.inputs if inputs is None else inputs
+        place = {record.input(name).step: i for i, name in enumerate(inputs)}
+        numbers, count = dict[int, float](), len(place)
+        operations, first, second = [Operation.INPUT] * count, [-1] * count, [-1] * count
         for old in record.needed(wanted):
             if old in place:
                 continue
-            operation, a, b = record.operations[old]
+            operation, a, b = record.operation(old)
+            place[old] = new = len(operations)
             if operation is Operation.NUMBER:
-                step = Step(operation, number=a if exact else float(a))
-            else:
-                second = None if b is None else place[b]
-                step = Step(operation, place[a], second, name=record.names.get(old, ""))
-            place[old] = len(steps)
-            steps.append(step)
-        return cls(record.inputs, tuple(steps), tuple(place[step] for step in wanted))
+                numbers[new], a = float(a), None
+            operations.append(operation)
+            first.append(-1 if a is None else place[a])
+            second.append(-1 if b is None else place[b])
+        steps = ProgramSteps(operations, first, second, numbers)
+        return cls(inputs, steps, tuple(place[step] for step in wanted))
 
     @property
     def operations(self) -> int:
         """Number of operations, inputs and numbers not counted."""
-        idle = (Operation.INPUT, Operation.NUMBER)
-        return sum(step.operation not in idle for step in self.steps)
+        steps = self.steps
+        return len(steps.operations) - len(self.inputs) - len(steps.numbers)
 
     def evaluated(
         self, values: Mapping[str, Any], functions: Mapping[Operation, Any] | None = None
@@ -144,31 +117,25 @@ class Program:
             NumPy's when left out.
         """
         table = NUMPY_FUNCTIONS if functions is None else functions
-        known: list[Any] = []
-        for step in self.steps:
-            if step.operation is Operation.INPUT:
-                known.append(values[step.name])
-            elif step.operation is Operation.NUMBER:
-                known.append(step.number)
+        known, steps = [values[name] for name in self.inputs], self.steps
+        for operation, a, b in islice(steps, len(known), None):
+            if b >= 0:
+                known.append(table[operation](known[a], known[b]))
+            elif a >= 0:
+                known.append(table[operation](known[a]))
             else:
-                arguments = [known[k] for k in (step.a, step.b) if k is not None]
-                known.append(table[step.operation](*arguments))
+                known.append(steps.numbers[len(known)])
         return [known[i] for i in self.outputs]
 
     def as_data(self) -> dict[str, Any]:
-        """The program as JSON has it: a letter for each operation, and places of its arguments.
-
-        Numbers become floats.
-        """
-        numbers = [float(x.number) for x in self.steps if x.operation is Operation.NUMBER]
-        inner = enumerate(self.steps[len(self.inputs) :], len(self.inputs))
+        """The program as JSON has it: a letter for each operation, and places of its arguments."""
+        steps = self.steps
         return {
             "inputs": list(self.inputs),
-            "operations": "".join(_LETTERS[step.operation] for step in self.steps),
-            "a": [-1 if step.a is None else step.a for step in self.steps],
-            "b": [-1 if step.b is None else step.b for step in self.steps],
-            "numbers": numbers,
-            "names": {str(i): step.name for i, step in inner if step.name},
+            "operations": "".join(_LETTERS[operation] for operation in steps.operations),
+            "a": steps.a,
+            "b": steps.b,
+            "numbers": list(steps.numbers.values()),
             "outputs": list(self.outputs),
         }
 
@@ -184,7 +151,6 @@ class Program:
         a, b, outputs = (np.array(data[name], dtype=np.int64) for name in ("a", "b", "outputs"))
         place, kinds = np.arange(count), np.frombuffer(letters.encode("ascii"), dtype=np.uint8)
         taken = _ARGUMENTS[kinds]
-        names = {int(i): str(name) for i, name in data["names"].items()} | dict(enumerate(inputs))
         are_steps = (
             a.shape == b.shape == (count,)
             and np.array_equal(kinds == ord(_LETTERS[Operation.INPUT]), place < len(inputs))
@@ -192,13 +158,13 @@ class Program:
             and np.all((a >= b) | (taken == 2))
             and np.all((a < place) & (b < place))
             and np.all((outputs >= 0) & (outputs < count))
-            and all(0 <= i < count for i in names)
         )
         if not are_steps:
             raise ValueError("a program whose steps work on others than those before them")
         is_number = np.flatnonzero(kinds == ord(_LETTERS[Operation.NUMBER])).tolist()
         numbers = dict(zip(is_number, map(float, data["numbers"]), strict=True))
-        steps = _ReadSteps(letters, a.tolist(), b.tolist(), numbers, names)
+        operations = [_OPERATIONS[letter] for letter in letters]
+        steps = ProgramSteps(operations, a.tolist(), b.tolist(), numbers)
         return cls(inputs, steps, tuple(outputs.tolist()))
 
 

@@ -89,7 +89,8 @@ class Record:
     Parameters
     ----------
     inputs : mapping of names to (samples,) arrays
-        What the formulas depend on, with values at generic points.
+        What the formulas depend on, with values at generic points; without any, where the formulas
+        come from another record and nothing is to be decided.
     most : int, optional
         How many steps it may have. One more raises a `NoAnswerError`.
 
@@ -111,15 +112,20 @@ class Record:
         self.count = next(iter(shapes))[0] if shapes else 1
         self.inputs: tuple[str, ...] = tuple(samples)
         self.most: int | None = most
-        self.operations: list[tuple[Operation, Any, Any]] = []
-        self._samples: list[list[float]] = []
+        # Columns and tuples of numbers, which the collector of garbage need not look at again.
+        self.operations: list[Operation] = []
+        self.a: list[Any] = []
+        self.b: list[Any] = []
+        self._samples: list[tuple[float, ...]] = []
         self.names: dict[int, str] = {}
         #: Sine and cosine of angles that come from them.
         self.turns: dict[int, tuple[Any, Any]] = {}
-        self._known: dict[tuple[Operation, Any, Any], int] = {}
-        self._by_value: dict[tuple[int, int], list[int]] = {}
+        self._known: dict[Operation, dict[Any, int]] = {operation: {} for operation in Operation}
+        # By their leading digits, as far as they have been looked for.
+        self._by_value: dict[int, list[int]] = {}
+        self._ordered = 0
         for name, values in samples.items():
-            self._append((Operation.INPUT, name, None), values.tolist())
+            self._append(Operation.INPUT, name, None, tuple(values.tolist()))
 
     def sample(self, step: int) -> np.ndarray:
         """Value of a step at the sample points (samples,)."""
@@ -132,7 +138,7 @@ class Record:
 
     def input(self, name: str) -> Entry:
         """The input of a name."""
-        return Entry(self, self._known[Operation.INPUT, name, None])
+        return Entry(self, self._known[Operation.INPUT][name, None])
 
     def add_input(self, name: str, sample: ArrayLike) -> Entry:
         """One more input, after those of before, with its values at the sample points.
@@ -142,7 +148,7 @@ class Record:
         if name not in self.inputs:
             self.inputs = (*self.inputs, name)
             values = np.broadcast_to(np.asarray(sample, dtype=float), self.count)
-            self._append((Operation.INPUT, name, None), values.tolist())
+            self._append(Operation.INPUT, name, None, tuple(values.tolist()))
         return self.input(name)
 
     @contextmanager
@@ -161,36 +167,41 @@ class Record:
         try:
             yield
         finally:
-            for step in range(self.size - 1, size - 1, -1):
-                self._known.pop(self.operations.pop(), None)  # the last may be half a step
-                alike = self._by_value.get(_leading_digits(self._samples[step][0]), [])
-                if alike[-1:] == [step]:
-                    alike.pop()
+            for step in range(self._ordered - 1, size - 1, -1):
+                self._by_value[_leading_digits(self._samples[step][0])].pop()
+            self._ordered = min(self._ordered, size)
+            for step in range(size, self.size):
+                operation, a, b = self.operation(step)
+                self._known[operation].pop((a, b), None)  # the last may be half a step
+            for column in (self.operations, self.a, self.b, self._samples):
+                del column[size:]
             self.inputs, self.names = inputs, names
             self.turns = {step: turn for step, turn in self.turns.items() if step < size}
 
     def number(self, value: Any) -> int:
         """The step of a number."""
-        key = (Operation.NUMBER, value, None)
-        if key not in self._known:
-            self._append(key, [float(value)] * self.count)
-        return self._known[key]
+        known = self._known[Operation.NUMBER]
+        if (value, None) not in known:
+            self._append(Operation.NUMBER, value, None, (float(value),) * self.count)
+        return known[value, None]
 
     def step(self, operation: Operation, a: int, b: int | None = None) -> int:
         """The step that does an operation on earlier ones, written once."""
-        if b is not None and operation in _SYMMETRIC and b < a:
+        if b is not None and b < a and operation in _SYMMETRIC:
             a, b = b, a
-        key = (operation, a, b)
-        known = self._known.get(key)
+        known = self._known[operation].get((a, b))
         if known is not None:
             return known
-        arguments = [self._samples[i] for i in (a, b) if i is not None]
+        if not self.count:
+            return self._append(operation, a, b, ())
+        samples = self._samples
+        arguments = (samples[a],) if b is None else (samples[a], samples[b])
         # On a few floats quicker than NumPy, to the same bits; 1 / 0 would raise.
         if operation in OPERATORS and operation is not Operation.RECIPROCAL:
-            return self._append(key, list(map(OPERATORS[operation], *arguments)))
+            return self._append(operation, a, b, tuple(map(OPERATORS[operation], *arguments)))
         with np.errstate(all="ignore"):
             value = NUMPY_FUNCTIONS[operation](*map(np.array, arguments))
-        return self._append(key, value.astype(float).tolist())
+        return self._append(operation, a, b, tuple(value.astype(float).tolist()))
 
     def simplified(self, value: Any, scale: float = 1.0) -> Any:
         """A simpler entry or number with the same value at all samples, if there is one.
@@ -206,14 +217,18 @@ class Record:
         if not isinstance(value, Entry):
             short = shortened(value)
             return 0 if short is not value and abs(float(short)) <= _SAME * scale else short
+        if not self.count:
+            return value
         samples = self._samples[value.step]
         for number, near in ((0, _SAME * scale), (1, _SAME), (-1, _SAME)):
             if all(abs(x - number) <= near for x in samples):
                 return number
-        exponent, digits = _leading_digits(samples[0])
-        near = self._by_value.get
-        below, same, above = (exponent, digits - 1), (exponent, digits), (exponent, digits + 1)
-        for earlier in sorted([*near(below, ()), *near(same, ()), *near(above, ())]):
+        for step in range(self._ordered, value.step):
+            digits = _leading_digits(self._samples[step][0])
+            self._by_value.setdefault(digits, []).append(step)
+        self._ordered = max(self._ordered, value.step)
+        digits, near = _leading_digits(samples[0]), self._by_value.get
+        for earlier in sorted([*near(digits - 1, ()), *near(digits, ()), *near(digits + 1, ())]):
             if earlier >= value.step:
                 break
             other = self._samples[earlier]  # the same up to one sign
@@ -225,51 +240,57 @@ class Record:
 
     def at(self, step: int) -> Any:
         """The entry of a step; a number stays a number."""
-        operation, number, _ = self.operations[step]
-        return number if operation is Operation.NUMBER else Entry(self, step)
+        is_number = self.operations[step] is Operation.NUMBER
+        return self.a[step] if is_number else Entry(self, step)
+
+    def operation(self, step: int) -> tuple[Operation, Any, Any]:
+        """The operation of a step, and the steps on which it works; of an input its name."""
+        return self.operations[step], self.a[step], self.b[step]
 
     def needed(self, outputs: Iterable[int]) -> list[int]:
         """The steps on which some others depend, in order, themselves included."""
-        wanted = set()
-        waiting = list(outputs)
+        wanted = set(outputs)
+        waiting = list(wanted)
         while waiting:
-            step = waiting.pop()
-            if step not in wanted:
-                wanted.add(step)
-                waiting.extend(self.arguments(step))
+            for step in self.arguments(waiting.pop()):
+                if step not in wanted:
+                    wanted.add(step)
+                    waiting.append(step)
         return sorted(wanted)
 
     def arguments(self, step: int) -> tuple[int, ...]:
         """The steps on which a step works."""
-        operation, a, b = self.operations[step]
-        if operation in (Operation.INPUT, Operation.NUMBER):
+        if self.operations[step] in _IDLE:
             return ()
+        a, b = self.a[step], self.b[step]
         return (a,) if b is None else (a, b)
 
     def cost(self, outputs: Iterable[int]) -> int:
         """Cost of some steps, in additions."""
-        return sum(COSTS[self.operations[step][0]] for step in self.needed(outputs))
+        return sum(COSTS[self.operations[step]] for step in self.needed(outputs))
 
-    def _append(self, key: tuple[Operation, Any, Any], sample: list[float]) -> int:
+    def _append(self, operation: Operation, a: Any, b: Any, sample: tuple[float, ...]) -> int:
         step = len(self.operations)
         if step == self.most:
             raise NoAnswerError(f"a record of more than {self.most} operations")
-        self._samples[step:] = [sample]
-        self.operations.append(key)
-        self._known[key] = step
-        self._by_value.setdefault(_leading_digits(sample[0]), []).append(step)
+        self._samples.append(sample)
+        self.a.append(a)
+        self.b.append(b)
+        self.operations.append(operation)
+        self._known[operation][a, b] = step
         return step
 
 
-def _leading_digits(x: float) -> tuple[int, int]:
+def _leading_digits(x: float) -> int:
     """Exponent and some ten digits of a size, to find steps of nearly the same value."""
     if not math.isfinite(x):
-        return 0, 0
+        return 0
     mantissa, exponent = math.frexp(abs(x))
-    return exponent, int(mantissa * _DIGITS)
+    return 2 * _DIGITS * exponent + int(mantissa * _DIGITS)
 
 
 _SYMMETRIC = {Operation.ADD, Operation.MULTIPLY, Operation.LEAST}
+_IDLE = (Operation.INPUT, Operation.NUMBER)
 # They do the arithmetic entry by entry themselves.
 _ARRAYS = (np.ndarray, list, tuple)
 #: Numbers that a formula may hold beside entries: floats, or exact SymPy numbers.
@@ -317,7 +338,7 @@ class Entry:
 
     def named(self, name: str) -> Entry:
         """The same entry with a name for readers of the record."""
-        if self._operation()[0] is not Operation.INPUT:
+        if self.record.operations[self.step] is not Operation.INPUT:
             self.record.names.setdefault(self.step, name)
         return self
 
@@ -332,9 +353,9 @@ class Entry:
                 return NotImplemented
             return self if other == 0 else self.apply(Operation.ADD, other)
         operations = self.record.operations
-        if operations[other.step][0] is Operation.NEGATE:
+        if operations[other.step] is Operation.NEGATE:
             return self - -other
-        if operations[self.step][0] is Operation.NEGATE:
+        if operations[self.step] is Operation.NEGATE:
             return other - -self
         return Entry(self.record, self.record.step(Operation.ADD, self.step, other.step))
 
@@ -348,9 +369,9 @@ class Entry:
         if other.step == self.step:
             return 0
         operations = self.record.operations
-        if operations[other.step][0] is Operation.NEGATE:
+        if operations[other.step] is Operation.NEGATE:
             return self + -other
-        if operations[self.step][0] is Operation.NEGATE:
+        if operations[self.step] is Operation.NEGATE:
             return -(-self + other)
         return Entry(self.record, self.record.step(Operation.SUBTRACT, self.step, other.step))
 
@@ -359,7 +380,7 @@ class Entry:
             return NotImplemented
         if other == 0:
             return -self
-        if self._operation()[0] is Operation.NEGATE:
+        if self.record.operations[self.step] is Operation.NEGATE:
             return -self + other
         step = self.record.step(Operation.SUBTRACT, step_of(self.record, other), self.step)
         return Entry(self.record, step)
@@ -367,25 +388,26 @@ class Entry:
     def __mul__(self, other: Any) -> Any:
         if not isinstance(other, Entry):
             return NotImplemented if isinstance(other, _ARRAYS) else self._times(other)
-        operations = self.record.operations
-        operation, a, _ = operations[self.step]
+        record, operations = self.record, self.record.operations
+        operation = operations[self.step]
         if operation is Operation.NEGATE:
-            return -(Entry(self.record, a) * other)
-        if operations[other.step][0] is Operation.NEGATE:
+            return -(Entry(record, record.a[self.step]) * other)
+        if operations[other.step] is Operation.NEGATE:
             return -(self * -other)
         if operation is Operation.SQUARE_ROOT and self.step == other.step:
-            return Entry(self.record, a)
-        return Entry(self.record, self.record.step(Operation.MULTIPLY, self.step, other.step))
+            return Entry(record, record.a[self.step])
+        return Entry(record, record.step(Operation.MULTIPLY, self.step, other.step))
 
     __rmul__ = __mul__
 
     def __neg__(self) -> Entry:
-        operation, a, b = self.record.operations[self.step]
+        record, step = self.record, self.step
+        operation = record.operations[step]
         if operation is Operation.NEGATE:
-            return Entry(self.record, a)
+            return Entry(record, record.a[step])
         if operation is Operation.SUBTRACT:
-            return Entry(self.record, self.record.step(operation, b, a))
-        return Entry(self.record, self.record.step(Operation.NEGATE, self.step))
+            return Entry(record, record.step(operation, record.b[step], record.a[step]))
+        return Entry(record, record.step(Operation.NEGATE, step))
 
     def __truediv__(self, other: Any) -> Any:
         if isinstance(other, _ARRAYS):
@@ -414,7 +436,7 @@ class Entry:
 
     def reciprocal(self) -> Entry:
         """1 / self, computed once for all divisions by it."""
-        operation, a, _ = self._operation()
+        operation, a, _ = self.record.operation(self.step)
         if operation is Operation.RECIPROCAL:
             return Entry(self.record, a)
         if operation is Operation.NEGATE:
@@ -431,18 +453,15 @@ class Entry:
             return self
         if number == -1:
             return -self
-        operation, a, b = self._operation()
+        operation, a, b = self.record.operation(self.step)
         if operation is Operation.MULTIPLY:
             for factor, rest in ((a, b), (b, a)):
-                inner, value, _ = self.record.operations[factor]
+                inner, value, _ = self.record.operation(factor)
                 if inner is Operation.NUMBER:
                     return Entry(self.record, rest) * (number * value)
         if operation is Operation.NEGATE:
             return Entry(self.record, a) * -number
         return self.apply(Operation.MULTIPLY, number)
-
-    def _operation(self) -> tuple[Operation, Any, Any]:
-        return self.record.operations[self.step]
 
 
 def is_number(value: Any) -> bool:

@@ -20,5 +20,4 @@ from robostiff.recorded.parameters import sample_postures as sample_postures
 from robostiff.recorded.robot import RecordedRobot as RecordedRobot
 from robostiff.recorded.robot import assembled as assembled
 from robostiff.recorded.robot import record_at_joints as record_at_joints
-from robostiff.recorded.robot import record_at_pose as record_at_pose
 from robostiff.recorded.robot import record_robot as record_robot

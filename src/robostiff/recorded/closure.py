@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from functools import reduce
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
@@ -69,7 +69,7 @@ class RecordedSteps:
     # What is computed from the same at the end; what stays open (squared), and a number that is
     # positive where all is well, come last
     arrival: Program
-    # The first step, or several of them, where these are other ones
+    # The first step, or several of them, from the inputs alone, where these are other ones
     first: Program | None = None
     first_steps: int = 1  # how many it takes
     # How many are usually enough, and how many may be taken
@@ -82,38 +82,29 @@ class RecordedSteps:
         return self.start | BEFORE_FIRST
 
     def arrived(self, program: Program) -> Program:
-        """A program at the end of the steps, as one of inputs and state."""
-        record = self.empty_record((*self.inputs, *self.state))
-        values = {name: record.input(name) for name in record.inputs}
-        return Program.of(record, self.ended(program, values))
+        """A program at the end of the steps, as one of inputs and state, which it is here."""
+        return program
 
-    def composed(self, program: Program) -> Program:
+    def composed(self, arrived: Program) -> Program:
         """The same with the steps before it, from the inputs alone."""
-        record, values = self._after(self.steps)
-        return Program.of(record, self.ended(program, values))
-
-    def begun(self) -> Program:
-        """The first steps, from the inputs alone: much in them is known."""
-        record, values = self._after(self.first_steps)
-        return Program.of(record, [values[name] for name in self.state])
-
-    def _after(self, steps: int) -> tuple[Record, dict[str, Any]]:
-        """Inputs and state after some steps, as entries of a record of the inputs."""
         record = self.empty_record(self.inputs)
         values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
-        values |= self.state
-        for step in [self.first or self.step, *[self.step] * (steps - self.first_steps)]:
-            after = step.evaluated(values, ENTRY_FUNCTIONS)
-            values |= zip(self.state, after, strict=True)
-        return record, values
+        for step in [self.begun, *[self.step] * (self.steps - self.first_steps)]:
+            values |= zip(self.state, step.evaluated(values, ENTRY_FUNCTIONS), strict=True)
+        return Program.of(record, arrived.evaluated(values, ENTRY_FUNCTIONS))
 
-    def ended(self, program: Program, values: Mapping[str, Any]) -> list[Any]:
-        """Results of a program at the end of the steps."""
-        return program.evaluated(values, ENTRY_FUNCTIONS)
+    @cached_property
+    def begun(self) -> Program:
+        """The first steps, from the inputs alone: much in them is known."""
+        if self.first is not None:
+            return self.first
+        record = self.empty_record(self.inputs)
+        values = self.state | {name: record.input(name) for name in self.inputs}
+        return Program.of(record, self.step.evaluated(values, ENTRY_FUNCTIONS))
 
     def empty_record(self, names: Sequence[str]) -> Record:
         """A record in which nothing is decided by samples: what is alike at home need not stay."""
-        return Record({name: np.array([self.state.get(name, 0.0)]) for name in names})
+        return Record(dict.fromkeys(names, ()))
 
 
 # Part of a determinant's size at home below which the careful closure looks at the assembly mode.
@@ -198,8 +189,10 @@ class RecordedClosure(RecordedSteps):
         }
         return rates | ({by: 1} if by in known else {})
 
-    def ended(self, program: Program, values: Mapping[str, Any]) -> list[Any]:
+    def arrived(self, program: Program) -> Program:
         """Those of a program of leg coordinates, then the last two of the arrival."""
+        record = self.empty_record((*self.inputs, *self.state))
+        values = {name: record.input(name) for name in record.inputs}
         gap, mode = self.arrival.evaluated(values, ENTRY_FUNCTIONS)[-2:]
         at_joints = {**values, **self._joints_at(values)}
         for by in self.inputs:
@@ -207,7 +200,7 @@ class RecordedClosure(RecordedSteps):
             if not set(names).isdisjoint(program.inputs):
                 rates = self.rates(by).evaluated(values, ENTRY_FUNCTIONS)
                 at_joints |= zip(names, rates, strict=True)
-        return [*program.evaluated(at_joints, ENTRY_FUNCTIONS), gap, mode]
+        return Program.of(record, [*program.evaluated(at_joints, ENTRY_FUNCTIONS), gap, mode])
 
     def _joints_at(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Coordinates of all legs at values of inputs and unknowns."""

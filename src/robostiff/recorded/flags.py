@@ -88,10 +88,10 @@ class _Tests:
     def add_loss(self, loss: Entry, most: float) -> None:
         """A quotient must stay below a number; of positive numbers nothing is divided for that."""
         record = self._record
-        operation, a, b = record.operations[loss.step]
+        operation, a, b = record.operation(loss.step)
         tests = [greater(most**2, loss * loss)]
         for inverse, other in ((a, b), (b, a)) if operation is Operation.MULTIPLY else ():
-            inner, below, _ = record.operations[inverse]
+            inner, below, _ = record.operation(inverse)
             if inner is Operation.RECIPROCAL and np.all(record.sample(below) > 0):
                 above = record.at(other)
                 if isinstance(above, Entry):
@@ -120,7 +120,7 @@ class _Tests:
         if not isinstance(simpler, Entry) or self._more(simpler) <= self._more(entry):
             entry = simpler
         while isinstance(entry, Entry):
-            operation, a, b = record.operations[entry.step]
+            operation, a, b = record.operation(entry.step)
             factor = record.at(b) if operation is Operation.MULTIPLY else 0
             if not isinstance(factor, Entry) and factor > 0:
                 entry, number = record.at(a), number / float(factor)

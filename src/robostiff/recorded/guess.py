@@ -127,7 +127,7 @@ def _numbers(R: np.ndarray, given: Collection[str]) -> np.ndarray:
         if not isinstance(x, Entry) or isinstance(short, Entry):
             return x
         record = x.record
-        steps = [record.operations[step] for step in record.needed([x.step])]
+        steps = [record.operation(step) for step in record.needed([x.step])]
         names = {name for operation, name, _ in steps if operation is Operation.INPUT}
         return short if names.issubset(given) else x
 

@@ -40,7 +40,7 @@ def lower_bound(record: Record, step: int) -> float:
     """
     bounds: dict[int, float] = {}
     for i in record.needed([step]):  # each step once: many share their arguments
-        operation, a, b = record.operations[i]
+        operation, a, b = record.operation(i)
         match operation:
             case Operation.NUMBER:
                 bounds[i] = float(a)

@@ -103,9 +103,9 @@ class RobotOnEntries:
 
     robot: Robot  # inputs in place of its symbols
     record: Record  # its inputs are coordinates of the posture, then the symbols
-    # Free pose coordinates; or coordinates of all legs, named ``leg/0``, ``leg/1`` and so on, or
-    # ``q0``, ``q1`` of a serial arm
-    coordinates: tuple[str, ...]
+    # Inputs that are coordinates of all legs, named ``leg/0``, ``leg/1`` and so on, or ``q0``,
+    # ``q1`` of a serial arm; none where free pose coordinates are the inputs
+    joints: tuple[str, ...]
     pose: FormulaPose  # of the platform
     placed: tuple[PlacedFormula, ...]
     length: float  # characteristic length [m]
@@ -172,17 +172,19 @@ class RobotOnEntries:
                     turned = {ball: tidied(R) for ball, R in turned.items()}
                     below.append(place_leg_at_joints(leg, x, turned))
                 placed = tuple(below)
-        return cls(robot, record, tuple(given), pose, placed, finder.length)
+        joints = () if by_pose else tuple(given)
+        return cls(robot, record, joints, pose, placed, finder.length)
 
     @property
     def reference(self) -> np.ndarray:
         """Reference point (3,) in the world."""
         return self.pose.p + self.pose.R @ np.array(self.robot.reference_point, dtype=object)
 
-    @property
+    @cached_property
     def recorded(self) -> RecordedRobot:
         """Its stiffness, as one of these coordinates."""
-        return assembled(self.robot, self.record, self.pose, self.placed, self.length)
+        found = assembled(self.robot, self.record, self.pose, self.placed, self.length)
+        return replace(found, joints=self.joints)
 
 
 def _joint_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]:
@@ -192,28 +194,6 @@ def _joint_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]
         start = "q" if robot.is_serial else f"{leg.name}/"
         found |= {f"{start}{i}": q[:, i] for i in range(leg.chain.size)}
     return found
-
-
-def record_at_pose(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:
-    """Record a robot whose legs close in closed form; the inputs are its free pose coordinates."""
-    return RobotOnEntries.of(robot, finder, by_pose=True, most=most).recorded
-
-
-def record_at_joints(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:
-    """Record a robot at coordinates of all its legs, a serial arm at those of its joints."""
-    on_entries = RobotOnEntries.of(robot, finder, by_pose=False, most=most)
-    return replace(on_entries.recorded, joints=on_entries.coordinates)
-
-
-def record_with_closure(
-    robot: Robot, finder: PostureFinder, most: int | None = None
-) -> RecordedRobot | None:
-    """Record a robot with the closure of its legs; None where that has no record that serves."""
-    closure = record_closure(robot, finder, tuple(_joint_samples(robot, finder)), most)
-    if closure is None:
-        return None
-    on_entries = RobotOnEntries.of(robot, finder, by_pose=False, closure=closure, most=most)
-    return replace(on_entries.recorded, joints=on_entries.coordinates, closure=closure)
 
 
 def assembled(
@@ -250,7 +230,7 @@ def assembled(
     # the comparisons by which the legs choose a branch
     radicands, losses = dict[int, Any](), []
     for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
-        operation, a, b = record.operations[step]
+        operation, a, b = record.operation(step)
         if operation is Operation.SQUARE_ROOT and lower_bound(record, a) < 0:
             radicands[a] = _as_part(Entry(record, a))
         elif operation is Operation.GREATER:
@@ -296,17 +276,38 @@ def _as_part(value: Entry) -> Any:
     return value * (1 / usual_size(value))
 
 
+def place_robot(
+    robot: Robot, finder: PostureFinder, most: int | None = None, weighs: bool | None = None
+) -> tuple[RobotOnEntries, RecordedClosure | None]:
+    """A robot on entries at its poses, where its legs have closed forms; else at its joints.
+
+    Of the latter there is a closure from pose coordinates, where one serves. The platform is at its
+    pose then, and joints that follow are no inputs. Under load all joints are inputs, and it is
+    said whether masses are placed (`weighs`). See `RobotOnEntries.of`.
+    """
+    by_joints = robot.is_posed_by_joints
+    if not by_joints and all(s.recorded_form is not None for s in finder.solvers):
+        here = RobotOnEntries.of(robot, finder, by_pose=True, most=most, weighs=bool(weighs))
+        # Where a leg misses the platform at generic poses, the other coordinates must follow.
+        if all(np.all(part.sample >= 0) for part in here.recorded.reach if isinstance(part, Entry)):
+            return here, None
+    closure, options = None, {"by_pose": False, "weighs": bool(weighs)}
+    if not by_joints:
+        closure = record_closure(robot, finder, tuple(_joint_samples(robot, finder)), most)
+    by = closure if weighs is None else None
+    return RobotOnEntries.of(robot, finder, closure=by, most=most, **options), closure
+
+
 def record_robot(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:
     """Record a robot at its poses: legs in closed form, or closed by Newton steps.
 
     An arm that is posed by its joints is recorded at joint coordinates. A record of more than
     `most` operations is given up, a `NoAnswerError`.
     """
-    by_joints = robot.is_posed_by_joints
-    if not by_joints and all(s.recorded_form is not None for s in finder.solvers):
-        recorded = record_at_pose(robot, finder, most)
-        # Where a leg misses the platform at generic poses, the other coordinates must follow.
-        if all(np.all(part.sample >= 0) for part in recorded.reach if isinstance(part, Entry)):
-            return recorded
-    recorded = None if by_joints else record_with_closure(robot, finder, most)
-    return record_at_joints(robot, finder, most) if recorded is None else recorded
+    here, closure = place_robot(robot, finder, most)
+    return replace(here.recorded, closure=closure)
+
+
+def record_at_joints(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:
+    """Record a robot at coordinates of all its legs, a serial arm at those of its joints."""
+    return RobotOnEntries.of(robot, finder, by_pose=False, most=most).recorded

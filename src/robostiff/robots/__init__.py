@@ -140,7 +140,9 @@ def load(
         is_file = isinstance(name_or_path, os.PathLike) or descriptions.is_description(name)
         if is_file or Path(name).suffix.lower() in descriptions.MODELS:
             raise InputError("robot", got=name, expected="a file that exists")
-        raise unknown_robot(name, "a file, or the name of a shipped robot")
+        files = (name + ending for ending in (*descriptions.MODELS, ".urdf", ".xacro"))
+        hint = next((f"did you mean {file}?" for file in files if os.path.isfile(file)), None)
+        raise unknown_robot(name, "a file, or the name of a shipped robot", hint)
     if not shipped and descriptions.is_description(name):
         return _of_description(name, name, parameters, symbols, side)
     if side is not None:

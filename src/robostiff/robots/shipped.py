@@ -118,7 +118,7 @@ def shipped_names() -> tuple[str, ...]:
     return tuple(name for folder in _FOLDERS for name in _names_in(folder))
 
 
-def unknown_robot(name: str, expected: str) -> InputError:
+def unknown_robot(name: str, expected: str, hint: str | None = None) -> InputError:
     """The error for a name that no shipped robot has, with the nearest names."""
     from robostiff.io.suggest import did_you_mean, listing, nearest_first
 
@@ -127,5 +127,5 @@ def unknown_robot(name: str, expected: str) -> InputError:
         "robot",
         got=name,
         expected=f"{expected}: {listing(nearest_first(name, names))}",
-        hint=did_you_mean(name, names),
+        hint=hint or did_you_mean(name, names),
     )

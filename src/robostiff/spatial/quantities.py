@@ -275,8 +275,8 @@ def check_order(subject: str, value: Any, *orders: Sequence[str]) -> None:
 
 
 def check_whole(subject: str, value: Any, least: int = 1) -> None:
-    """Raise an InputError for what is no whole number from a least one on."""
-    if not isinstance(value, int | np.integer) or value < least:
+    """Raise an InputError for what is no whole number from a least one on, or is True or False."""
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
         raise InputError(subject, got=value, expected=f"a whole number from {least} on")
 
 

@@ -142,7 +142,7 @@ def rigid_transform(T: np.ndarray) -> RigidTransform:
         ) from None
 
 
-@frozen(eq=False)
+@frozen
 class Frame:
     """Axes and origin of a frame, relative to another one.
 

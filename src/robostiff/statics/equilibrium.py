@@ -71,7 +71,7 @@ def equilibrium(
         and elastic parts in any arrangement; or cables, which pull as at rest without the loads.
     pose : RigidTransform, array, JointCoordinates or None
         The unloaded posture, as for `stiffness`; a batch (N, 6) gives an answer at each.
-        Of a linkage the coordinates of its joints, by name.
+        Of a linkage the coordinates of its joints by name, or of all that are actuated.
     wrench : (6,) array, or (3,) for a planar robot
         Force [N] and moment [N m] of the environment on the platform about `at`, in world axes,
         which keep their directions while the platform moves; none when left out. A batch (N, 6)
@@ -85,8 +85,8 @@ def equilibrium(
     loads : mapping of str to force, DeadForce, Mass or a sequence of them, optional
         Forces [N] that keep their directions, by the name of the part before the body on which
         they act, ``leg/part``, or ``platform``. A `Mass` [kg] is pulled by gravity, and down where
-        there is none; its centre is in the world at the unloaded posture, that of the part when
-        left out. A `Weight` acts on the platform.
+        there is none. What has no place of its own acts at that of the part, or at the reference
+        point of the robot, whatever `at` is. A `Weight` acts on the platform.
     gravity : (3,) array or str, optional
         Acceleration of free fall in the world [m/s^2], or an axis such as ``"-z"``, which makes
         weights of the masses of the robot. That of the robot when left out; ``[0, 0, 0]`` for none.

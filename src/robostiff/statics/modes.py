@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache, cached_property
+from copy import copy
+from functools import cache, cached_property, partial
+from operator import getitem
 from typing import Any
 
 import numpy as np
@@ -153,10 +155,16 @@ class Modes(StatusOfPoses, InNotebooks):
     space: Space
     status_codes: np.ndarray
     squares: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    shapes: Callable[[], np.ndarray] = lambda: np.zeros((0, 0))
+    shapes: Callable[[], np.ndarray] = field(default=lambda: np.zeros((0, 0)), compare=False)
     posed: Snapshot | Network | CableRobot | None = None
-    find: Callable[[], FoundEquilibrium | None] = lambda: None
-    one: Callable[[int], Modes] | None = None
+    find: Callable[[], FoundEquilibrium | None] = field(default=lambda: None, compare=False)
+    one: Callable[[int], Modes] | None = field(default=None, compare=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy or a pickle has: all of it worked out."""
+        shapes, find = partial(copy, self.shapes()), partial(copy, self.equilibrium)
+        one = None if self.one is None else partial(getitem, self.poses)
+        return vars(self) | {"shapes": shapes, "find": find, "one": one}
 
     @cached_property
     def equilibrium(self) -> FoundEquilibrium | None:
@@ -259,8 +267,8 @@ def modes(
     masses : mapping of str to float, Mass or a sequence of them, optional
         What moves beside the masses of the model, by the name of the part before the body that
         carries it, ``leg/part``, of the node of a network, or ``platform`` [kg]. A mass without a
-        centre or point is at that part or node, or at the point of the platform. These have no
-        weight: `loads` take those.
+        centre or point is at that part or node, or at the reference point of the robot, whatever
+        `at` is. These have no weight: `loads` take those.
     beams : Bowing or Linear
         As for `equilibrium`; each beam is two elements when left out. Frequencies come from above:
         that of a beam within itself is 0.5 % high with one element for each half wave, and a beam
@@ -290,7 +298,9 @@ def modes(
     if given.ndim == 1:
         return _modes_of(loaded(0), given)
     n, known = len(given), np.ma.masked_all((len(given), 0))
-    if n and postures.batch and at is None and isinstance(robot, Robot) and not np.any(given):
+    each = [one for x in carried.values() for one in (x if isinstance(x, Sequence) else [x])]
+    alike = at is None and all(getattr(one, "point", None) is None for one in each)
+    if n and postures.batch and alike and isinstance(robot, Robot) and not np.any(given):
         known = _of_platforms(n, loaded(0), lambda: stiffness(robot, pose, near=near))
     rest, alone = np.flatnonzero(known.mask.all(axis=-1)).tolist(), dict[int, Modes]()
     for k in range(0, len(rest), _TOGETHER):

@@ -109,7 +109,7 @@ def deflection(
     options: dict[str, Any] = {"at": at, "near": near, "tolerance": tolerance}
     has_springs = isinstance(robot, Robot | Snapshot) and bool(robot.springs)
     if loads is None and gravity is None and not has_springs:
-        return deflection_under_wrench(robot, pose, () if wrench is None else wrench, **options)
+        return deflection_under_wrench(robot, pose, wrench, **options)
     none = np.zeros(3) if gravity is None else gravity_vector("gravity", gravity)
     if isinstance(robot, Linkage | Network):
         network = postures_of(robot, pose, near).robot
@@ -142,9 +142,8 @@ def _of_network(
     """A network under loads at its nodes and its own weight."""
     rest = deflection_under_wrench(network, None, wrench, at=at, tolerance=tolerance)
     pull = acting_gravity(network, gravity, loads)
-    point = np.asarray(rest.stiffness.reference_point, dtype=float)
     points = {n.name: n.point for n in network.nodes if n.name not in network.fixed}
-    points = {"platform": point} | points
+    points = {"platform": network.reference_point} | points
     forces = list(network.weights(pull)) if np.any(pull) else []
     frame_of = {name: (np.eye(3), at) for name, at in points.items()}.get
     for name, several in given_forces(loads, pull, network.space, frame_of).items():

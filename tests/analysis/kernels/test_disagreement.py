@@ -37,14 +37,14 @@ def redundant_joint(recorded: RecordedRobot) -> RecordedRobot:
     return replace(recorded, legs=(leg, *recorded.legs[1:]))
 
 
-@pytest.fixture(params=["record_at_pose", "record_with_closure"])
+@pytest.fixture(params=["gough-stewart-b", "3-rps"])
 def plant(request, monkeypatch) -> Callable[[Callable[[RecordedRobot], RecordedRobot]], str]:
-    """Makes every record wrong in some way; returns a robot that has such records."""
+    """Makes every record wrong in some way; returns a robot, closed in closed form or by steps."""
 
     def planted(wrong: Callable[[RecordedRobot], RecordedRobot]) -> str:
-        right = getattr(recorded_robot, request.param)
-        monkeypatch.setattr(recorded_robot, request.param, lambda *given: wrong(right(*given)))
-        return "gough-stewart-b" if request.param == "record_at_pose" else "3-rps"
+        right = recorded_robot.assembled
+        monkeypatch.setattr(recorded_robot, "assembled", lambda *given: wrong(right(*given)))
+        return request.param
 
     return planted
 
@@ -65,8 +65,8 @@ def test_a_wrong_status_is_a_disagreement(plant):
 
 
 def test_parameters_are_named(monkeypatch):
-    right = recorded_robot.record_at_pose
-    monkeypatch.setattr(recorded_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
+    right = recorded_robot.assembled
+    monkeypatch.setattr(recorded_robot, "assembled", lambda *a: wrong_entry(right(*a)))
     with pytest.raises(DisagreementError, match=r"\], R = 0\.\d+;"):
         rs.compile(rs.load("gough-stewart-b", symbols=("R",)), parameters=("R",), backend=ARRAYS)
 
@@ -82,8 +82,8 @@ def test_a_map_by_a_kernel_is_not_made_by_another_way(plant):
 
 def test_the_command_says_so(monkeypatch, tmp_path):
     """Of so many poses that a map chooses the kernel by itself."""
-    right = recorded_robot.record_at_pose
-    monkeypatch.setattr(recorded_robot, "record_at_pose", lambda *a: wrong_entry(right(*a)))
+    right = recorded_robot.assembled
+    monkeypatch.setattr(recorded_robot, "assembled", lambda *a: wrong_entry(right(*a)))
     where = str(tmp_path / "map.nc")
     axes = ("--x", "-10 mm, 10 mm, 250", "--y", "-10 mm, 10 mm, 200")
     outcome = CliRunner().invoke(app, ["map", "gough-stewart-b", *axes, "-o", where])

@@ -225,3 +225,11 @@ def test_names_with_brackets_are_no_patterns(tmp_path):
     patterns = '  "finger?0?/[a-t]*": {stiffness: 10}\n'
     robot, _ = _loaded(tmp_path, urdf.replace("</robot>", second), side + patterns)
     assert rs.compliance(robot)[4, 4] == pytest.approx(0.2)
+
+
+def test_macros_that_are_not_expanded_are_named(tmp_path):
+    _, said = _loaded(tmp_path, ARM.format("", '<xacro:arm n="2"/>'), HELD)
+    words = "not read: <xacro:arm> (expanded in a file that is called .xacro)"
+    assert [words in text for text in said] == [True]
+    _, said = _loaded(tmp_path, ARM.format("", '<xacro:property name="n" value="2"/>'), HELD)
+    assert not said

@@ -86,6 +86,16 @@ def test_a_name_comes_before_patterns_and_the_first_pattern_counts(arm, tmp_path
     assert roles == (rs.Actuated(1e4), rs.Actuated(4e4, (-1.0, 2.0)))
 
 
+def test_a_pattern_need_not_fit_joints_that_are_not_used(arm, tmp_path):
+    """The fingers slide, beyond the tool; the mimic joint of the second one needs the first."""
+    side = STIFF.replace("1e4", "20 kN m/rad")
+    roles = robot_of(arm, with_side(tmp_path, side)).legs[0].chain.roles
+    assert roles == (rs.Actuated(2e4), rs.Actuated(2e4, (-1.0, 2.0)))
+    for tool in "finger", "other finger":
+        with pytest.raises(rs.InputError, match="translational stiffness of 'grip': got '20 kN"):
+            rs.load(arm, side=with_side(tmp_path, side.replace("tool: tip", f"tool: {tool}")))
+
+
 def test_limits_of_the_description_are_kept_unless_others_are_given(arm, tmp_path):
     side = HEAD + "tool: tip\njoints: {elbow: {stiffness: 1, limits: [-10 deg, 10 deg]}}\n"
     roles = robot_of(arm, with_side(tmp_path, side)).legs[0].chain.roles

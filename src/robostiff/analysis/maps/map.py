@@ -395,7 +395,8 @@ def _wrench(
             "method=UnderLoad() (--under-load)",
         )
     subject = f"wrench of {names[0]}" if wrench is None else "wrench"
-    return tuple(map(float, given_wrenches(wrench, robot.space, subject=subject)))
+    hint = 'write wrench=[...], or --wrench "Fx=100 N" on the command line'
+    return tuple(map(float, given_wrenches(wrench, robot.space, subject=subject, hint=hint)))
 
 
 def _near(robot: Mapped, near: Near, method: MapMethod | None) -> tuple[float, ...]:

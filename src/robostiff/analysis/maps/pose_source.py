@@ -15,7 +15,7 @@ from robostiff.analysis.maps.pose_columns import POSE_UNITS, read_coordinate
 from robostiff.compiled import uniform_rows
 from robostiff.errors import InputError
 from robostiff.frozen import field, frozen
-from robostiff.spatial import as_floats, holds_quantities
+from robostiff.spatial import as_floats, check_order, holds_quantities
 
 
 class PoseSource(ABC):
@@ -99,6 +99,7 @@ class PoseList(PoseSource):
         if not self.names or len(set(self.names)) < len(self.names):
             raise InputError(f"coordinates of a {subject}", got=[*names], expected="each name once")
         columns = f"{len(self.names)} columns ({' '.join(self.names)})"
+        check_order(subject, poses, self.names)
         rows, units = self._read(poses, f"rows of {columns}")
         self.units_given: Mapping[str, str] = units
         if rows.ndim != 2 or rows.shape[1] != len(self.names) or not len(rows):

@@ -15,6 +15,7 @@ from robostiff.analysis.maps.job import MapSummary
 from robostiff.compiled.kernel import processors
 from robostiff.errors import InputError, NoAnswerError, needs_extra
 from robostiff.frozen import frozen
+from robostiff.spatial import check_whole
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -39,16 +40,16 @@ class Threads:
         As many as there are processors when left out.
     """
 
-    count: int = 0
+    count: int | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.count, int) or self.count < 0:
-            raise InputError("count of threads", got=self.count, expected="a whole number from 1")
+        if self.count is not None:
+            check_whole("count of threads", self.count)
 
     @property
     def number(self) -> int:
         """How many."""
-        return self.count or processors()
+        return processors() if self.count is None else self.count
 
 
 Found = TypeVar("Found")
@@ -127,8 +128,8 @@ def _dask_client(workers: int | None, scheduler: Any) -> Iterator[Client]:
     """A client of the scheduler given, or of a cluster of processes that lives as long as this."""
     if workers is not None and scheduler is not None:
         raise InputError("workers and scheduler", expected="one of them")
-    if workers is not None and (not isinstance(workers, int) or workers < 1):
-        raise InputError("workers", got=workers, expected="a whole number from 1")
+    if workers is not None:
+        check_whole("workers", workers)
     with needs_extra("maps", "maps"):
         import dask.config
         from distributed import Client, LocalCluster

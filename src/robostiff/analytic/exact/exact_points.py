@@ -100,7 +100,7 @@ class ExactPoints:
                 if all(x.is_finite() and x.rel_accuracy_bits() >= _ACCURATE for x in values):
                     sized = (-x if negative else x for x in values)
                     key = tuple(x.str(_DIGITS, radius=False) for x in sized)
-            is_other = others or self.record.operations[step][0] is Operation.INPUT
+            is_other = others or self.record.operations[step] is Operation.INPUT
             if not is_other and twice is not None and abs(int(twice)) <= 2 * _LARGEST:
                 found[step] = Same(None, sp.Rational(int(twice), 2))
                 continue
@@ -126,7 +126,7 @@ class ExactPoints:
 
     def _computed(self, step: int) -> tuple[Any, ...]:
         spend()
-        operation, a, _ = self.record.operations[step]
+        operation, a, _ = self.record.operation(step)
         if operation is Operation.INPUT:
             sample = self.record.input(a).sample
             ratios = [float(x).as_integer_ratio() for x in sample[: self.count]]

@@ -222,7 +222,7 @@ def _independent(
     # What its wrenches are divided by and does not vanish, at the samples, and the squares of it.
     entries = (x for w in leg.wrenches for x in w)
     for step in record.needed(x.step for x in entries if isinstance(x, Entry)):
-        if record.operations[step][0] is Operation.RECIPROCAL:
+        if record.operations[step] is Operation.RECIPROCAL:
             at = record.sample(record.arguments(step)[0])
             known += [at, at**2]
     expressions = [condition.expression for condition, _ in stretched]

@@ -12,10 +12,9 @@ import numpy as np
 import sympy as sp
 from scipy.spatial.transform import Rotation
 
-from robostiff.frozen import frozen, replace
+from robostiff.frozen import are_equal, frozen, replace
 from robostiff.kinematics.jacobians import in_groups
 from robostiff.model import Robot
-from robostiff.model.entries import are_equal
 from robostiff.spatial import Space
 
 _SAME = 1e-10  # of the largest entry

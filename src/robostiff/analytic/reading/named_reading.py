@@ -195,7 +195,7 @@ class NamedReading:
         return self._raw[value.step]
 
     def _written(self, step: int) -> Any:
-        operation = self.record.operations[step][0]
+        operation = self.record.operations[step]
         if operation is Operation.NEGATE:
             return -self._raw[self.record.arguments(step)[0]]
         if operation in (Operation.SINE, Operation.COSINE):

@@ -75,7 +75,7 @@ class ClosedReading:
     def written(self, step: int, known: dict[int, Any]) -> sp.Expr:
         """One step in terms of the steps before it."""
         spend()
-        operation, a, _ = self.record.operations[step]
+        operation, a, _ = self.record.operation(step)
         if operation is Operation.INPUT:
             return self.symbols[a]
         if operation is Operation.NUMBER:
@@ -214,7 +214,7 @@ class StepReading:
                 found[waiting.pop()] = None
         for step in reversed(found):
             # Dividing by something twice is as short as a name for its reciprocal.
-            if record.operations[step][0] is Operation.RECIPROCAL and step not in record.names:
+            if record.operations[step] is Operation.RECIPROCAL and step not in record.names:
                 (below,) = (self._same[x].step for x in record.arguments(step))
                 uses[below] += uses[step] - 1
                 uses[step] = 1
@@ -225,7 +225,7 @@ class StepReading:
         first: dict[tuple[str, ...], tuple[int, int]] = {}
         others: dict[int | None, Same] = {}
         for step in sorted(self._same):
-            same, at, operation = self._same[step], record.sample(step), record.operations[step][0]
+            same, at, operation = self._same[step], record.sample(step), record.operations[step]
             if operation in (Operation.ADD, Operation.SUBTRACT):
                 size = max(np.min(np.abs(record.sample(a))) for a in record.arguments(step))
                 if size > 0 and np.max(np.abs(at)) <= _CLOSED * size:
@@ -246,7 +246,7 @@ class StepReading:
         products = _Products.of(record, points, self._same)
         replaced: dict[int, Same] = {}
         for step in sorted(self._same):
-            same, operation = self._same[step], record.operations[step][0]
+            same, operation = self._same[step], record.operations[step]
             if same.step in replaced:
                 other = replaced[same.step]
                 self._same[step] = Same(other.step, other.factor * same.factor)
@@ -266,16 +266,16 @@ class StepReading:
         terms = []
         for argument in record.arguments(step):
             product = self._same[argument]
-            if product.step is None or record.operations[product.step][0] is not Operation.MULTIPLY:
+            if product.step is None or record.operations[product.step] is not Operation.MULTIPLY:
                 return None
             both = [self._same[x] for x in record.arguments(product.step)]
-            turning = [(record.operations[x.step], x.factor) for x in both if x.step is not None]
+            turning = [(record.operation(x.step), x.factor) for x in both if x.step is not None]
             if len(turning) < 2 or any(x[0] not in _TURNING for x, _ in turning):
                 return None
             sign = int(product.factor * turning[0][1] * turning[1][1])
             terms.append((sign, {(x[0], self._same[x[1]].step) for x, _ in turning}))
         (s1, first), (s2, second) = terms
-        if record.operations[step][0] is Operation.SUBTRACT:
+        if record.operations[step] is Operation.SUBTRACT:
             s2 = -s2
         angles = sorted({x for _, x in first})
         if len(angles) < 2 or len(first | second) < 4 or {x for _, x in second} != set(angles):
@@ -317,7 +317,7 @@ class _Products:
 
     @classmethod
     def of(cls, record: Record, points: ExactPoints, steps: Iterable[int]) -> _Products:
-        short = [x for x in steps if record.operations[x][0] in _FACTORS]
+        short = [x for x in steps if record.operations[x] in _FACTORS]
         short.sort(key=lambda x: abs(record.sample(x)[0]))
         kept = [x for x in short if np.all(record.sample(x))]
         values = np.array([record.sample(x) for x in kept]).reshape(len(kept), record.count)

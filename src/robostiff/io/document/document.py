@@ -10,7 +10,7 @@ from functools import reduce
 from operator import getitem
 from typing import Any, ClassVar, Self
 
-from robostiff.errors import FileError, InputError, Location, Words
+from robostiff.errors import UNSAID, FileError, InputError, Location, Words
 from robostiff.frozen import frozen
 from robostiff.io.suggest import did_you_mean, listing
 
@@ -233,7 +233,7 @@ class DocumentPlace:
         self,
         subject: str,
         *,
-        got: Any = None,
+        got: Any = UNSAID,
         expected: str | None = None,
         hint: str | None = None,
         key: bool = False,

@@ -46,7 +46,8 @@ LONGEST_TEXT = 1000
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _OPERATOR = re.compile(r"\*\*|[-+*/^(),]")
 _SHOWN = 60
-_SIGNS = {"·": "write *", "⋅": "write *", "×": "write *", "−": "write -", "–": "write -"}
+_SIGNS = dict.fromkeys("·⋅×", "write *") | dict.fromkeys("−–", "write -")
+_SIGNS |= {"%": "write 0.05 for 5 %", "\xa0": "write an ordinary space"}
 
 
 def error_at(
@@ -211,7 +212,9 @@ class _Parser:
         got = Words("the end") if token.kind == "end" else token.text
         hint = None
         before = self.tokens[self.position - 1] if self.position else None
-        if before and before.kind in ("number", "name", ")") and token.kind in ("name", "("):
+        if before and before.kind == "number" and token.kind == ",":
+            hint = "decimals have a point, as 0.5"
+        elif before and before.kind in ("number", "name", ")") and token.kind in ("name", "("):
             factor = "1 " * is_unit_word(token.text)
             hint = f"for a product write {before.text}*{factor}{token.text}"
         return error_at(self.text, token.column, got, expected, hint)

@@ -26,18 +26,10 @@ _FAR = 999.0  # times what a parameter was: as millimetres that are taken for me
 class ParameterError(InputError):
     """A parameter that cannot be used; `name` is its name."""
 
-    def __init__(
-        self,
-        name: str,
-        *,
-        got: Any = None,
-        expected: str | None = None,
-        hint: str | None = None,
-        within: str | None = None,
-    ) -> None:
+    def __init__(self, name: str, *, within: str | None = None, **words: Any) -> None:
         self.name = name
         subject = f"parameter {name}" if within is None else f"parameter {name}: {within}"
-        super().__init__(subject, got=got, expected=expected, hint=hint)
+        super().__init__(subject, **words)
 
 
 def parameter_values(

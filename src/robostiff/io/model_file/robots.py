@@ -39,7 +39,6 @@ from robostiff.io.model_file.symbols import (
     Symbols,
     chosen_parameters,
     completed,
-    meaning_of,
     symbolic_values,
 )
 from robostiff.io.units import Dimension
@@ -427,11 +426,11 @@ def model_from_document(
         return robot
     # Symbols stay in a robot that is built beside the one of numbers, which has been verified.
     quantities, nominal = symbolic_values(names, top.names)
-    meanings = {symbol: meaning_of(top.names[name]) for name, symbol in names.items()}
+    numbers = {symbol: top.names[name] for name, symbol in names.items()}
     exact, overrides = exact_mathematics(), {**overrides, **quantities}
     top = top_place(document, written.parameters, overrides, exact, nominal=nominal, **files)
     symbolic = _built(written, top, robot.holds)
-    return completed(symbolic, robot, nominal, meanings)
+    return completed(symbolic, robot, nominal, numbers)
 
 
 def _built(written: WrittenModel, top: Place, holds: Sequence[str] = ()) -> Any:

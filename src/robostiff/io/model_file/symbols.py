@@ -111,15 +111,22 @@ def meaning_of(value: SIQuantity) -> str:
     >>> meaning_of(parse_quantity("350 mm")), meaning_of(parse_quantity("2"))
     ('length, 0.35 m in the model', '2 in the model')
     """
-    dimension = value.dimension
-    if dimension is None:
-        unit = "" if value.is_bare else f" {value.units}"
-        return f"{number(value.magnitude)}{unit} in the model"
-    return f"{dimension.noun}, {number(value.magnitude)} {dimension.si_unit} in the model"
+    noun = f"{value.dimension.noun}, " if value.dimension else ""
+    return f"{noun}{number(value.magnitude)} {unit_of(value)}".rstrip() + " in the model"
+
+
+def unit_of(value: SIQuantity) -> str:
+    """The SI unit of a quantity, such as ``N m/rad``; nothing of a plain number."""
+    if value.dimension is None:
+        return "" if value.is_bare else str(value.units)
+    return value.dimension.si_unit
 
 
 def completed(
-    symbolic: Robot, numeric: Robot, nominal: Mapping[str, float], meanings: Mapping[str, str]
+    symbolic: Robot,
+    numeric: Robot,
+    nominal: Mapping[str, float],
+    quantities: Mapping[str, SIQuantity],
 ) -> Robot:
     """The robot of formulas, all exact, with what was found out about the robot of numbers."""
     import sympy as sp
@@ -128,7 +135,8 @@ def completed(
         symbolic,
         coordinates=numeric.coordinates,
         nominal=nominal,
-        meanings=meanings,
+        meanings={symbol: meaning_of(value) for symbol, value in quantities.items()},
+        units={symbol: unit_of(value) for symbol, value in quantities.items()},
         laws=numeric.laws,
     )
     exact = with_entries(robot, exact_number)

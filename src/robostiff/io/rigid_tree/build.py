@@ -215,6 +215,8 @@ def _linkage(described: DescribedTree) -> Linkage:
         joint = tree.into.get(link)
         while joint is not None and joint.name not in leading:
             leading.add(joint.name)
+            if joint.name in described.misfits:
+                raise described.misfits[joint.name]
             joint = tree.into.get(joint.parent)
 
     def ends_of(link: str) -> Ends:

@@ -10,8 +10,8 @@ from typing import Annotated, Any, Literal
 from annotated_types import MaxLen, MinLen
 from pydantic import AfterValidator, Field, Tag
 
-from robostiff.errors import InputError, Words, warn_of_slip
-from robostiff.frozen import frozen, replace
+from robostiff.errors import FileError, InputError, Words, warn_of_slip
+from robostiff.frozen import field, frozen, replace
 from robostiff.io.document import Document
 from robostiff.io.model_file.joints import MAKERS, STIFFNESS_OF, WrittenDrive, WrittenJoint
 from robostiff.io.model_file.links import (
@@ -195,6 +195,8 @@ class DescribedTree:
     top: Place
     written: WrittenSide
     tree: RigidTree  # with the springs that the side file gives in place of its own
+    #: of joints that a pattern fits by its name alone, what is to be said where they are used
+    misfits: dict[str, FileError] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -253,7 +255,22 @@ class DescribedTree:
             place, entry = self._entry(joint)
             if joint.type in _DIMENSIONS:
                 home = _home(joint, coordinates, by_name)
-                role = _beside(_role(place, entry, joint), joint, place)
+                role = joint.role
+                try:
+                    role = _beside(_role(place, entry, joint), joint, place)
+                except FileError as error:
+                    if joint.name in self.written.joints:
+                        raise
+                    if joint.name not in self.undecided:
+                        self.misfits[joint.name] = FileError(
+                            error.location,
+                            f"{error.subject} of {joint.name!r}",
+                            got=error.got,
+                            expected=error.expected,
+                            hint=f"it is {joint.type.value}: give it an entry of its own, "
+                            f"{joint.name}: {{...}}",
+                        )
+                        continue
                 if joint.inertia and isinstance(role, Actuated) and role.inertia is None:
                     role = replace(role, inertia=joint.inertia)
                 axis = () if joint.type is JointType.SPHERICAL else (joint.axis,)
@@ -371,6 +388,8 @@ class DescribedTree:
             if factor == 0:
                 roles[name] = Locked()
                 continue
+            if root in self.misfits:
+                raise self.misfits[root]
             if root not in decided:
                 raise tree.error(
                     f"joint {name!r}",

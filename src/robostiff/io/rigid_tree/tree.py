@@ -314,11 +314,9 @@ class RigidTree:
             out.setdefault(joint.parent, []).append(joint)
         return out
 
-    def error(
-        self, subject: str, *, got: Any = None, expected: str | None = None, hint: str | None = None
-    ) -> FileError:
+    def error(self, subject: str, **words: Any) -> FileError:
         """An error in the description."""
-        return FileError(Location(self.file), subject, got=got, expected=expected, hint=hint)
+        return FileError(Location(self.file), subject, **words)
 
 
 @frozen

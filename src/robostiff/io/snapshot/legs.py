@@ -226,7 +226,8 @@ def is_snapshot(document: Document) -> bool:
     is_placed = isinstance(legs, list) and any(
         isinstance(leg, dict) and {"chain", "end"} <= leg.keys() for leg in legs
     )
-    return "reference_point" in data or "graph" in data or is_placed
+    has_model_keys = any(key in data for key in ("parameters", "home", "coordinates", "sections"))
+    return is_placed or "graph" in data or ("reference_point" in data and not has_model_keys)
 
 
 def is_graph(document: Document) -> bool:

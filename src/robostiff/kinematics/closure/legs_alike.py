@@ -24,7 +24,6 @@ from robostiff.kinematics.closure.rods import Rod, rod_of, strut_of
 from robostiff.kinematics.jacobians import in_groups
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Chain, Elbow, Leg
-from robostiff.model.entries import are_equal
 
 _PARALLEL = 1e-9  # sine: rounding
 
@@ -38,7 +37,7 @@ def legs_alike(solvers: Sequence[LegSolver]) -> list[tuple[tuple[int, ...], LegS
     def alike(one: LegSolver, other: LegSolver) -> bool:
         modes = [own.closed_form and own.closed_form.mode for own in (one, other)]
         same = modes[0] == modes[1] and one.leg.elbow is other.leg.elbow
-        return same and are_equal(one.chain, other.chain)
+        return same and one.chain == other.chain
 
     found = []
     for group in in_groups(solvers, alike):

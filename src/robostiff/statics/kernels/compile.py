@@ -11,6 +11,7 @@ import numpy as np
 from robostiff.analysis.compiled_answer import AtGeneralPoses
 from robostiff.analysis.kernel_inputs import ParameterValues, with_parameters
 from robostiff.analysis.record_file import RecordFile
+from robostiff.analysis.recording import depends_on_what_is_held
 from robostiff.compiled import ArrayCode, Backend, Kernel, MachineCode, StiffnessMatrix
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import code_of
@@ -21,7 +22,8 @@ from robostiff.kinematics import JointCoordinates, Posture, PostureFinder, postu
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.entries import formulas
 from robostiff.record import Program, Record
-from robostiff.recorded import parameter_samples, record_robot, sample_postures
+from robostiff.recorded import parameter_samples, sample_postures
+from robostiff.spatial import as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
@@ -151,7 +153,9 @@ def compile_loaded(
 
     taken = [*(c.value for c in ALL_COORDINATES), *robot.space.wrench_order]
     robot = with_parameters(robot, parameters, taken)
-    given = StandingLoads(loads, gravity, preload, beams), platforms or drives, tuple(sites)
+    points = ((b, as_floats(f"site on {b!r}", at, "three numbers", None, (3,))) for b, at in sites)
+    at_sites = tuple((body, tuple(at.tolist())) for body, at in points)
+    given = StandingLoads(loads, gravity, preload, beams), platforms or drives, at_sites
     file = _file(robot, *given, drives)
     read = () if file is None else file.read() or ()
     if len(read) == _PARTS:
@@ -186,20 +190,11 @@ def _recorded(
 ) -> CompiledLoading:
     """A record of a robot under load, confirmed and run by NumPy."""
     finder = posture_finder(robot.numeric)
-    recorded = record_robot(robot, finder)
-    loaded_postures = _loaded_postures(finder, standing)
-    force = _small_force(robot, [posture.problem for posture in loaded_postures])
+    placed = _loaded_postures(finder, standing)
+    force = _small_force(robot, [posture.problem for posture in placed])
     try:
         loading = record_loading(
-            robot,
-            finder,
-            loaded_postures,
-            force,
-            standing,
-            by_pose=not recorded.joints,
-            platforms=platforms,
-            drives=drives,
-            sites=sites,
+            robot, finder, placed, force, standing, platforms=platforms, drives=drives, sites=sites
         )
     except RigidLegError as error:
         raise _rigid(robot) from error
@@ -210,18 +205,12 @@ def _recorded(
         space=robot.space,
         code=ClosedCode.of(loading, loading.arrival, ArrayCode),
     )
-    closure = None
-    if recorded.closure is not None:
-        names = recorded.joints
+    closing, names, closure = loading.closure, loading.joints, None
+    if closing is not None and not depends_on_what_is_held(names, closing, finder):
         record = Record({name: np.array([1.0]) for name in names})
         joints = Program.of(record, [record.input(name) for name in names])
-        closure = Kernel(
-            recorded.closure.inputs,
-            (),
-            ("open", "mode"),
-            robot.space,
-            ClosedCode.of(recorded.closure, joints, ArrayCode),
-        )
+        code = ClosedCode.of(closing, joints, ArrayCode)
+        closure = Kernel(closing.inputs, (), ("open", "mode"), robot.space, code)
     found = CompiledLoading(
         robot,
         standing,

@@ -15,9 +15,9 @@ from robostiff.kinematics import PostureFinder
 from robostiff.model import PlacedMass, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.record import Entry, Program, derivatives_along, is_zero, least
-from robostiff.recorded import Factors, RecordedRobot, factors_of, flags_of
+from robostiff.recorded import Factors, RecordedClosure, RecordedRobot, factors_of, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
-from robostiff.recorded.robot import RobotOnEntries
+from robostiff.recorded.robot import place_robot
 from robostiff.spatial import Space, skew
 from robostiff.statics.chains.legs import LegEquations
 from robostiff.statics.chains.moving_chain import FURTHEST_TURN
@@ -281,6 +281,10 @@ class RecordedLoading(RecordedSteps):
         Whose deflections, loads and their rates stand behind those of the platform.
     status, rank : Status, int
         Without load, at a general pose.
+    joints : tuple of str
+        Inputs that are coordinates of the legs.
+    closure : RecordedClosure or None
+        From pose coordinates to these.
     """
 
     has_arms: bool
@@ -288,6 +292,8 @@ class RecordedLoading(RecordedSteps):
     most_steps: int = 10
     status: Status = Status.OK
     rank: int = 6
+    joints: tuple[str, ...] = ()
+    closure: RecordedClosure | None = None
 
     @property
     def state(self) -> dict[str, float]:
@@ -302,7 +308,6 @@ def record_loading(
     force: float,
     standing: StandingLoads,
     *,
-    by_pose: bool,
     platforms: bool = False,
     drives: bool = False,
     sites: Sequence[Site] = (),
@@ -311,14 +316,14 @@ def record_loading(
 
     `finder` and `loaded_postures` have it in numbers, the latter at several postures. Under `force`
     [N] the platform moves by about a thousandth of the robot's length. The other inputs are pose
-    coordinates (`by_pose`), or the coordinates of all legs. With `platforms` forces at hooks are
-    inputs behind the wrench, and `arrival` has what `LoadedRobot._rates` gives behind the arms.
-    Behind these are forces at `sites`.
+    coordinates, or the coordinates of all legs. With `platforms` forces at hooks are inputs behind
+    the wrench, and `arrival` has what `LoadedRobot._rates` gives behind the arms. Behind these are
+    forces at `sites`.
     """
     gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
     springs = finder.robot.springs
     weigh = bool(np.any(gravity))
-    here = RobotOnEntries.of(robot, finder, by_pose=by_pose, weighs=weigh)
+    here, closure = place_robot(robot, finder, weighs=weigh)
     record, unloaded = here.record, here.recorded
     random, count = np.random.default_rng(7), record.count
     # Some samples are without load: what vanishes there is no pivot.
@@ -410,10 +415,12 @@ def record_loading(
         start=start,
         step=Program.of(record, loaded.step(values, at, at.factored.solved(at.right))),
         arrival=Program.of(record, loaded.arrival(values, at)),
-        first=Program.of(record, loaded.first(values)),
+        first=Program.of(record, loaded.first(values), inputs=inputs),
         first_steps=2 if struts else 1,
         has_arms=loaded.has_arms,
         drives=tuple(legs.drives) if drives else (),
         status=unloaded.status,
         rank=unloaded.factors.rank,
+        joints=here.joints,
+        closure=closure,
     )

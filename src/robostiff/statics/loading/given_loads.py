@@ -68,7 +68,8 @@ class DeadForce:
         In world axes [N].
     point : (3,) array or None
         Where it acts at the unloaded posture, in the world [m]; None for the place of the part
-        that names the body: the end of a link, the first freedom of a joint.
+        that names the body: the end of a link, the first freedom of a joint; of the platform the
+        reference point.
 
     Examples
     --------

@@ -14,7 +14,14 @@ from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept, kept_for_last
-from robostiff.kinematics import Near, Posture, find_posture, with_body_springs, with_masses
+from robostiff.kinematics import (
+    ActuatorCoordinates,
+    Near,
+    Posture,
+    find_posture,
+    with_body_springs,
+    with_masses,
+)
 from robostiff.kinematics.masses_and_springs import bodies_of
 from robostiff.kinematics.pose import check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
@@ -154,8 +161,13 @@ class Postures:
             body = bodies.get(name) or bodies.get(name.partition("[")[0].partition(".beam")[0])
             return None if body is None else (one_of(body.R, 2, k), one_of(body.p, 1, k))
 
-        forces = given_forces(acting.loads, pull, posed.space, frame_of)
-        usual = {"platform": point} | {name: at for name, (_, at) in assembly.names.items()}
+        usual = {"platform": np.asarray(posed.reference_point, dtype=float)}
+        usual |= {name: at for name, (_, at) in assembly.names.items()}
+        given = given_forces(acting.loads, pull, posed.space, frame_of)
+        forces = {
+            name: [x if x.point is not None else replace(x, point=usual.get(name)) for x in several]
+            for name, several in given.items()
+        }
         found = loaded_legs(
             assembly,
             ElementsOfParts(posed.space, acting.beams),
@@ -183,11 +195,7 @@ class Postures:
             found.nodes,
         )
         # what was given has to act with its moments: forces, and the masses of the robot, by points
-        wanted = [
-            (usual[name] if load.point is None else load.point, load.force)
-            for name, several in forces.items()
-            for load in several
-        ]
+        wanted = [(load.point, load.force) for several in forces.values() for load in several]
         if np.any(pull) and assembly.masses:
             wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(problem.nodes)]
         wanted += [(load.point, -load.force) for c in found.legs.chains for load in c.loads]
@@ -259,7 +267,8 @@ def _(robot: Robot, pose: Any, near: Near) -> Postures:
 
 @_postures_of.register(Linkage)
 def _(robot: Linkage, pose: Any, near: Near) -> Postures:
-    return postures_of(network_at(robot, pose), None, near)
+    values = pose.values if isinstance(pose, ActuatorCoordinates) else pose
+    return postures_of(network_at(robot, values), None, near)
 
 
 @_postures_of.register(Network)
