@@ -21,7 +21,7 @@ from robostiff.analysis.indices import directional_stiffness, eigenstiffness
 from robostiff.errors import InputError
 from robostiff.io.units import make_quantity, make_unit
 from robostiff.network import compliance_between
-from robostiff.spatial import as_floats, holds_quantities
+from robostiff.spatial import as_floats, holds_quantities, move_stiffness
 
 
 def Q(number: Any, unit: str | None = None) -> Any:
@@ -318,3 +318,49 @@ def test_angles_and_numbers_are_not_the_same():
     for unit, quantity in (("", Q(10, "deg")), ("N m", Q(1, "N * m / rad")), ("m", Q(1, ""))):
         with pytest.raises(InputError):
             as_floats("value", quantity, "another kind", unit)
+
+
+READ: Any = {"kinds": rs.Reading.DISPLACEMENT, "wrenches": [[0] * 6, [0, 0, -500, 0, 0, 0]]}
+AT_TWICE = [[0, 0, 0.9, 0, 0, 0]] * 2
+
+
+def test_loads_of_measurements():
+    given = READ | {"wrenches": Q([[0] * 6, [0, 0, -0.5, 0, 0, 0]], "kN")}
+    more: Any = {"forces": Q([0, 0, -1], "kN"), "hooks": Q([100, 0, 0], "mm")}
+    read = rs.Measurements(AT_TWICE, np.zeros((2, 3)), **given, **more)
+    assert np.array_equal(read.wrenches, READ["wrenches"])
+    assert np.array_equal(read.forces[0], [0, 0, -1000])
+    assert np.array_equal(read.hooks[0], [0.1, 0, 0])
+
+
+def test_gravity_of_small_loads():
+    arm, pull = rs.load("six-joint-arm"), [Q(0, "m/s^2"), Q(50, "cm/s^2"), Q(-9e3, "mm/s^2")]
+    sunk = rs.deflection(arm, gravity=pull).twist
+    assert np.array_equal(sunk, rs.deflection(arm, gravity=[0, 0.5, -9]).twist)
+
+
+def by_radius():
+    return rs.load("gough-stewart-b", symbols=("R",))
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        # a millimetre was a metre, with a warning of pint alone
+        lambda: rs.Measurements(AT_TWICE, Q([[0, 0, 0], [0, 0, -1]], "mm"), **READ),
+        lambda: rs.Measurements(AT_TWICE, np.zeros((2, 3)), sigma=Q(1, "um"), **READ),
+        lambda: move_stiffness(np.eye(6), Q([10, 0, 0], "cm")),
+        # errors of pint and NumPy
+        lambda: rs.mass_below(Q(60, "kg")),
+        lambda: rs.Within(rs.WorstDeflection(), most=Q(20, "nm/N")),
+        lambda: rs.optimise(by_radius(), rs.WorstDeflection(), {"R": Q([20, 90], "cm")}),
+        lambda: rs.optimise(
+            by_radius(), rs.WorstDeflection(), {"R": (0.2, 1.0)}, start={"R": Q(50, "cm")}
+        ),
+        lambda: rs.tolerances(by_radius(), {"R": rs.Normal(Q(5, "mm"))}),
+        lambda: rs.value_and_gradient(by_radius(), rs.WorstDeflection(), ["R"])([Q(50, "cm")]),
+    ],
+)
+def test_quantities_elsewhere_are_refused(ask):
+    with pytest.raises(InputError, match="without units"):
+        ask()

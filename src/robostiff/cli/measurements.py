@@ -151,8 +151,8 @@ class Identify(Command, name="identify"):
     instrument: str | None = option(
         "--instrument",
         metavar='"x y z rx ry rz"',
-        help="Where the instrument is in the world, and the rotation vector from world to "
-        "instrument axes; to be found by default.",
+        help="Where the instrument is in the world, and the rotation vector that takes components "
+        "in world axes to those in instrument axes; to be found by default.",
     )
     postures: str | None = option(
         "--postures", metavar="FILE.csv", help="Those of the points of a tracker export, and loads."

@@ -100,9 +100,10 @@ class Identified(InNotebooks):
     def values(self) -> dict[str, float]:
         """Of all unknowns [SI]; those that are not identified keep the nominal ones.
 
-        The turn of the instrument is the rotation vector from world to instrument axes, and its
-        covariance that of a further rotation; turns of markers are those to platform axes. Empty
-        where there are too few readings.
+        The turn of the instrument is the rotation vector that takes components in world axes to
+        those in instrument axes, the opposite of that of a pose, and its covariance that of a
+        further rotation; turns of markers are those to platform axes. Empty where there are too few
+        readings.
         """
         if self.fit.too_few:
             return {}

@@ -25,7 +25,7 @@ from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.markup import number
 from robostiff.model import Robot, gravity_vector
-from robostiff.spatial import as_floats
+from robostiff.spatial import as_floats, refuse_quantities
 
 _ROUNDS = 20
 
@@ -44,7 +44,8 @@ class KnownFrames:
     markers : mapping of str to (3,) array, or None
         In the platform frame [m].
     instrument : (6,) array or None
-        Its place in the world [m], and the rotation vector from world to instrument axes [rad].
+        Its place in the world [m], and the rotation vector that takes components in world axes to
+        those in instrument axes [rad], the opposite of that of a pose.
     turns : mapping of str to (3,) array, or None
         Of markers whose poses are read: rotation vectors from their axes to those of the platform.
     """
@@ -268,6 +269,7 @@ def identify(
         if name not in names:
             raise InputError("bounds", got=name, expected=f"one of {', '.join(names)}")
         k = names.index(name)
+        refuse_quantities(f"bounds of {name}", pair, "least < largest")
         if not (len(pair) == 2 and pair[0] < pair[1]):
             raise InputError(f"bounds of {name}", got=pair, expected="least < largest")
         low[k], high[k] = max(low[k], pair[0]), pair[1]

@@ -22,15 +22,18 @@ from robostiff.identification.measurement_kinds import (
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.spatial import as_floats, in_si
+from robostiff.spatial.quantities import Units
 
-# What each reading has, by its kind; and in arrays, by numbers a reading and what stands for none.
+# What each reading has, by its kind; and in arrays, by numbers a reading, what stands for none, and
+# the units of quantities: readings of several kinds have several, and are plain numbers.
 _EACH: dict[str, type] = {
     **{"kinds": Reading, "markers": str, "drives": str, "axes": LoadAxes},
     **{"directions": int, "bodies": str},
 }
 _ARRAYS = {
-    **{"values": (6, np.nan), "sigma": (6, np.nan), "hooks": (3, np.nan), "toward": (3, np.nan)},
-    **{"wrenches": (6, 0.0), "forces": (3, 0.0), "sigma_wrench": (6, 0.0)},
+    **dict.fromkeys(("values", "sigma"), (6, np.nan, None)),
+    **{"hooks": (3, np.nan, "m"), "toward": (3, np.nan, None), "forces": (3, 0.0, "N")},
+    **dict.fromkeys(("wrenches", "sigma_wrench"), (6, 0.0, ("N",) * 3 + ("N m",) * 3)),
 }
 
 
@@ -121,10 +124,10 @@ class Measurements:
             **{name: _column(name, getattr(self, name), count, t) for name, t in _EACH.items()},
         }
         has_poses = Reading.POSE in changed["kinds"]
-        for name, (most, none) in _ARRAYS.items():
+        for name, (most, none, units) in _ARRAYS.items():
             numbers = none if getattr(self, name) is None else getattr(self, name)
             size = 3 if name in ("values", "sigma") and not has_poses else most
-            changed[name] = _rows(name, numbers, count, size, may_miss=none != 0)
+            changed[name] = _rows(name, numbers, (count, size), units, may_miss=none != 0)
         references = (-1,) * count if self.references is None else tuple(self.references)
         if len(references) != count or not all(-1 <= k < count for k in references):
             expected = f"{count} numbers from -1 to {count - 1}"
@@ -282,18 +285,20 @@ class Measurements:
         )
 
 
-def _rows(name: str, values: ArrayLike, count: int, size: int, *, may_miss: bool) -> np.ndarray:
+def _rows(
+    name: str, values: ArrayLike, shape: tuple[int, int], units: Units | None, *, may_miss: bool
+) -> np.ndarray:
     """One row a reading (N, size); not a number where it may be missing."""
-    expected, missing = f"({size},) or ({count}, {size})", np.array(False)
-    values = in_si(name, values, expected, None)
+    expected, missing = f"({shape[1]},) or {shape}", np.array(False)
+    values = in_si(name, values, expected, units)
     with suppress(TypeError, ValueError):  # of what are no numbers, which are refused below
         if may_miss:
             missing = np.isnan(np.asarray(values, dtype=float))
             values = np.where(missing, 0.0, np.asarray(values, dtype=float))
     numbers = np.where(missing, np.nan, as_floats(name, values, expected))
-    if numbers.shape not in {(), (size,), (count, size)}:
+    if numbers.shape not in {(), shape[1:], shape}:
         raise InputError(name, got=f"shape {numbers.shape}", expected=expected)
-    return np.broadcast_to(numbers, (count, size)).copy()
+    return np.broadcast_to(numbers, shape).copy()
 
 
 def _column(name: str, values: Any, count: int, kind: type) -> tuple[Any, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from robostiff.errors import InputError
 from robostiff.spatial.batch import Shaped, empty_batch
+from robostiff.spatial.quantities import refuse_quantities
 
 
 def skew(v: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:
@@ -66,6 +67,8 @@ def twist_transport(v: Shaped[np.ndarray, "*batch d"]) -> Shaped[np.ndarray, "*b
     >>> twist_transport(np.array([2.0, 0.0])) @ np.array([0, 0, 0.1])
     array([0. , 0.2, 0.1])
     """
+    if not isinstance(v, np.ndarray):  # NumPy would drop the unit of a quantity
+        refuse_quantities("vector between reference points", v, "numbers [m]")
     if v.shape[-1] == 3:
         J = np.zeros((*v.shape[:-1], 6, 6), dtype=v.dtype)
         J.reshape(*v.shape[:-1], 36)[..., ::7] = 1  # the diagonal

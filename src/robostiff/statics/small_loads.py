@@ -16,6 +16,7 @@ from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Actuated, Robot, Snapshot
+from robostiff.model.mass import gravity_vector
 from robostiff.network import Network, NodeForce
 from robostiff.spatial import Space, move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
@@ -109,7 +110,7 @@ def deflection(
     has_springs = isinstance(robot, Robot | Snapshot) and bool(robot.springs)
     if loads is None and gravity is None and not has_springs:
         return deflection_under_wrench(robot, pose, wrench, **options)
-    none = np.zeros(3) if gravity is None else gravity
+    none = np.zeros(3) if gravity is None else gravity_vector("gravity", gravity)
     if isinstance(robot, Linkage | Network):
         network = postures_of(robot, pose, near).robot
         given = np.zeros(network.space.size) if wrench is None else wrench
@@ -134,7 +135,7 @@ def _of_network(
     network: Network,
     wrench: ArrayLike,
     loads: Loads | None,
-    gravity: ArrayLike | str,
+    gravity: np.ndarray,
     at: ArrayLike | None,
     tolerance: Tolerance,
 ) -> Deflection:
