@@ -11,7 +11,7 @@ from numbers import Real
 from types import MappingProxyType
 from typing import Any
 
-from robostiff.errors import UNSAID, InputError, Words, warn_of_slip
+from robostiff.errors import InputError, Words, warn_of_slip
 from robostiff.io.expression.expression import Expression, known_names, parse
 from robostiff.io.expression.functions import CONSTANTS, FLOATS, RULES, Mathematics
 from robostiff.io.suggest import did_you_mean
@@ -26,18 +26,10 @@ _FAR = 999.0  # times what a parameter was: as millimetres that are taken for me
 class ParameterError(InputError):
     """A parameter that cannot be used; `name` is its name."""
 
-    def __init__(
-        self,
-        name: str,
-        *,
-        got: Any = UNSAID,
-        expected: str | None = None,
-        hint: str | None = None,
-        within: str | None = None,
-    ) -> None:
+    def __init__(self, name: str, *, within: str | None = None, **words: Any) -> None:
         self.name = name
         subject = f"parameter {name}" if within is None else f"parameter {name}: {within}"
-        super().__init__(subject, got=got, expected=expected, hint=hint)
+        super().__init__(subject, **words)
 
 
 def parameter_values(

@@ -17,7 +17,7 @@ from xml.parsers import expat
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from robostiff.errors import UNSAID, FileError, InputError, Location, Words, warn_of_slip
+from robostiff.errors import FileError, InputError, Location, Words, warn_of_slip
 from robostiff.extras import READERS, added
 from robostiff.frozen import frozen
 from robostiff.io.bounded_file import bounded_bytes
@@ -314,16 +314,9 @@ class RigidTree:
             out.setdefault(joint.parent, []).append(joint)
         return out
 
-    def error(
-        self,
-        subject: str,
-        *,
-        got: Any = UNSAID,
-        expected: str | None = None,
-        hint: str | None = None,
-    ) -> FileError:
+    def error(self, subject: str, **words: Any) -> FileError:
         """An error in the description."""
-        return FileError(Location(self.file), subject, got=got, expected=expected, hint=hint)
+        return FileError(Location(self.file), subject, **words)
 
 
 @frozen
