@@ -171,12 +171,6 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
     The coordinates of the rotation are those of `rotation_by_name`, where it is given.
 
     Raises InputError when it is none of them, or a name is no coordinate of the robot.
-
-    Examples
-    --------
-    >>> from robostiff.robots import load
-    >>> pose_from("x = 100 mm", load("3-rpr")).values
-    {'x': 0.1}
     """
     word = text.strip()
     rotation = ABOUT_WORLD_AXES if angles is None else rotation_by_name(angles)

@@ -289,13 +289,7 @@ def _text(ax: Axes, value: float, place: float, text: str) -> None:
 
 
 def cell_edges(values: np.ndarray) -> np.ndarray:
-    """Edges (n + 1,) of cells around values (n,): half-way between them.
-
-    Examples
-    --------
-    >>> cell_edges(np.array([0.0, 1.0, 3.0])).tolist()
-    [-0.5, 0.5, 2.0, 4.0]
-    """
+    """Edges (n + 1,) of cells around values (n,): half-way between them."""
     middle = (values[1:] + values[:-1]) / 2
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
 

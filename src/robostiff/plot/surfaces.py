@@ -32,12 +32,6 @@ def ellipsoid_mesh(
 
     Rows of `half_axes` (3, 3) are vectors; a zero row makes it flat. Open axes are infinite and
     shown up to the given half axis: one makes a tube, two make a pair of plates.
-
-    Examples
-    --------
-    >>> vertices, _ = ellipsoid_mesh(np.diag([3.0, 2.0, 1.0]))
-    >>> np.abs(vertices).max(axis=0).round(2).tolist()
-    [3.0, 2.0, 1.0]
     """
     closed = [i for i in range(3) if i not in open_axes]
     angle = np.linspace(0, 2 * np.pi, _AROUND)
@@ -216,13 +210,6 @@ def principal_axes(result: AnyStiffness, quality: Quality) -> PrincipalAxes:
 
     Where free motions F t = 0 remain, the compliance is that of the wrenches which do no work on
     them; along the directions that the free motions cover it has no limit.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> result = rs.stiffness(rs.load("gough-stewart-a"))
-    >>> principal_axes(result, Quality.COMPLIANCE).is_free
-    array([False,  True,  True])
     """
     if isinstance(result, CableStiffness):
         if quality.is_compliance and result.unstable_motions:
