@@ -64,7 +64,7 @@ from robostiff.analytic.placement.robot_pose import (
 )
 from robostiff.cli.arguments import chosen
 from robostiff.cli.command import INTERRUPTED
-from robostiff.cli.output import FORMULA_FILES, new_file
+from robostiff.cli.output import FORMULA_FILES, new_file, write_to
 from robostiff.errors import InputError
 from robostiff.io.model_file import ParameterChoice
 from robostiff.io.suggest import did_you_mean
@@ -313,8 +313,7 @@ def print_formula(command: Any) -> int:
     if output is None:
         click.echo(written, nl=False)
     else:
-        with whole_file(output) as draft:
-            draft.write_text(written, encoding="utf-8")
+        write_to(output, written)
     return 0
 
 
