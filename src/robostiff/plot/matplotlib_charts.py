@@ -137,8 +137,7 @@ class Canvas:
         """Width of the axes, or of the new figure [inches]."""
         if self.ax is None:
             return self.width
-        figure = self.ax.figure
-        return float(figure.get_figwidth() * self.ax.get_position().width)
+        return float(self.ax.figure.get_figwidth() * self.ax.get_position().width)
 
     def columns(self, labels: Sequence[str]) -> int:
         """How many columns of a legend fit."""

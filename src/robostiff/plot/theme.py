@@ -36,12 +36,7 @@ class Palette:
 
 
 def luminance(colour: str) -> float:
-    """Relative luminance of a colour, 0 (black) to 1 (white).
-
-    References
-    ----------
-    W3C: Web Content Accessibility Guidelines 2.1.
-    """
+    """Relative luminance, 0 (black) to 1 (white): W3C, Web Content Accessibility Guidelines 2.1."""
     shares = (c / 255 for c in _channels(colour))
     linear = [s / 12.92 if s <= 0.04045 else ((s + 0.055) / 1.055) ** 2.4 for s in shares]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
