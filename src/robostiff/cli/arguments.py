@@ -236,10 +236,7 @@ _Chosen = TypeVar("_Chosen")
 
 
 def chosen(option: str, name: str, allowed: Mapping[str, _Chosen]) -> _Chosen:
-    """What a name stands for.
-
-    Raises InputError when it is none of those allowed.
-    """
+    """What a name stands for; InputError when it is none of those allowed."""
     if name not in allowed:
         expected, hint = ", ".join(allowed), did_you_mean(name, tuple(allowed))
         raise InputError(option, got=name, expected=expected, hint=hint)

@@ -64,7 +64,7 @@ from robostiff.analytic.placement.robot_pose import (
 )
 from robostiff.cli.arguments import chosen
 from robostiff.cli.command import INTERRUPTED
-from robostiff.cli.output import FORMULA_FILES, new_file
+from robostiff.cli.output import FORMULA_FILES, new_file, write_to
 from robostiff.errors import InputError
 from robostiff.io.model_file import ParameterChoice
 from robostiff.io.suggest import did_you_mean
@@ -171,12 +171,6 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
     The coordinates of the rotation are those of `rotation_by_name`, where it is given.
 
     Raises InputError when it is none of them, or a name is no coordinate of the robot.
-
-    Examples
-    --------
-    >>> from robostiff.robots import load
-    >>> pose_from("x = 100 mm", load("3-rpr")).values
-    {'x': 0.1}
     """
     word = text.strip()
     rotation = ABOUT_WORLD_AXES if angles is None else rotation_by_name(angles)
@@ -319,8 +313,7 @@ def print_formula(command: Any) -> int:
     if output is None:
         click.echo(written, nl=False)
     else:
-        with whole_file(output) as draft:
-            draft.write_text(written, encoding="utf-8")
+        write_to(output, written)
     return 0
 
 

@@ -22,7 +22,7 @@ from robostiff.cli.options import (
     option,
     output_option,
 )
-from robostiff.cli.output import FORMULA_FILES, new_file, output_beside, show, show_files
+from robostiff.cli.output import FORMULA_FILES, new_file, output_beside, show, show_files, write_to
 from robostiff.errors import InputError, NoAnswerError, Words, warn_of_slip
 
 _OUTPUT = "The file to write; standard output when left out."
@@ -165,7 +165,7 @@ class PrintSchema(Command, name="schema"):
         if path is None:
             show({"form": form, "json_schema": schema} if answer.as_json else text)
             return 0
-        _write(path, text + "\n")
+        write_to(path, text + "\n")
         return show_files([path], answer, form=form)
 
 
@@ -302,7 +302,7 @@ class Convert(Command, name="convert"):
         if path is None:
             show(text.removesuffix("\n"))
             return 0
-        _write(path, text)
+        write_to(path, text)
         return show_files([path], answer, form=form)
 
 
@@ -335,10 +335,3 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
         got = Words("a flexible platform")
         raise InputError(subject, got=got, expected="a rigid one", hint=hint)
     return robot
-
-
-def _write(path: Path, text: str) -> None:
-    from robostiff.whole_file import whole_file
-
-    with whole_file(path) as draft:
-        draft.write_text(text, encoding="utf-8")

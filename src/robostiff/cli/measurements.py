@@ -21,7 +21,7 @@ from robostiff.cli.options import (
     plot_option,
     repeatable,
 )
-from robostiff.cli.output import draw, output_beside, picture_beside
+from robostiff.cli.output import draw, output_beside, picture_beside, write_to
 from robostiff.errors import InputError, warn_of_slip
 from robostiff.frozen import frozen
 
@@ -233,7 +233,6 @@ class Identify(Command, name="identify"):
             from robostiff.markup import escaped
             from robostiff.plot.bars_and_curves import residuals_picture
             from robostiff.plot.in_notebooks import picture_html
-            from robostiff.whole_file import whole_file
 
             if picture.suffix.lower() == ".html":  # tables, advice and residuals, as in notebooks
                 title = f"<title>{escaped(result.robot.name)}, identified</title>"
@@ -241,8 +240,7 @@ class Identify(Command, name="identify"):
                     f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">{title}</head>'
                 )
                 body = f"<body>{result._repr_html_()}{picture_html(result)}</body>"
-                with whole_file(picture) as draft:
-                    draft.write_text(f"{head}\n{body}</html>\n", encoding="utf-8")
+                write_to(picture, f"{head}\n{body}</html>\n")
             else:
                 draw(residuals_picture(result), picture)
         return status
@@ -307,7 +305,6 @@ class Plan(Command, name="plan"):
             random_postures,
         )
         from robostiff.page.calibration_and_design import chosen_poses_page
-        from robostiff.whole_file import whole_file
 
         output = output_beside(self.output, self.answer)
         sought = self.sought
@@ -332,8 +329,7 @@ class Plan(Command, name="plan"):
             seed=self.seed,
         )
         if output is not None:
-            with whole_file(output) as draft:
-                draft.write_text(_table(robot, choice.postures), encoding="utf-8")
+            write_to(output, _table(robot, choice.postures))
         return answered(chosen_poses_page(robot.name, choice), self.answer)
 
     def _test_pose(self, robot: Any) -> Any:

@@ -302,11 +302,6 @@ def named_values(option: str, texts: tuple[str, ...], expected: str) -> list[tup
     """Names and values of ``NAME=VALUE``, in which a name may have an equals sign.
 
     Raises InputError when one of both is missing.
-
-    Examples
-    --------
-    >>> named_values("--load", ("tip = 0 0 -80 N",), "NAME=NUMBERS")
-    [('tip', '0 0 -80 N')]
     """
     pairs = []
     for text in texts:
@@ -318,13 +313,7 @@ def named_values(option: str, texts: tuple[str, ...], expected: str) -> list[tup
 
 
 def named_once(option: str, texts: tuple[str, ...], expected: str) -> dict[str, str]:
-    """`named_values`, of which each name may stand once.
-
-    Examples
-    --------
-    >>> named_once("--set", ("R=350mm", "h=1"), "NAME=VALUE")
-    {'R': '350mm', 'h': '1'}
-    """
+    """`named_values`, of which each name may stand once."""
     values: dict[str, str] = {}
     for name, value in named_values(option, texts, expected):
         if name in values:

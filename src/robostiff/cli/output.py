@@ -94,6 +94,14 @@ def output_beside(path: str | None, answer: Answer) -> Path | None:
     return None if path is None else new_file("--output", path, answer.overwrite)
 
 
+def write_to(path: Path, text: str) -> None:
+    """Write a text, whole or not at all."""
+    from robostiff.whole_file import whole_file
+
+    with whole_file(path) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
 def show_files(files: Sequence[Path], answer: Answer, **facts: str) -> int:
     """Print the names of files that were written; 0."""
     names = list(map(str, files))

@@ -31,8 +31,7 @@ class Reading(Enum):
     @property
     def size(self) -> int:
         """Numbers of a reading."""
-        sizes = {Reading.POINT: 3, Reading.DISPLACEMENT: 3, Reading.POSE: 6}
-        return sizes.get(self, 1)
+        return {Reading.POINT: 3, Reading.DISPLACEMENT: 3, Reading.POSE: 6}.get(self, 1)
 
     @property
     def of_drive(self) -> bool:

@@ -17,13 +17,7 @@ Phrase = tuple[Any, str | None, str, str | None]
 
 
 def shown(value: Any) -> Any:
-    """A value as it is written in a file.
-
-    Examples
-    --------
-    >>> shown(None), shown(True), shown([1, 2]), shown("text")
-    (null, true, a list of 2 values, 'text')
-    """
+    """A value as it is written in a file."""
     match value:
         case None:
             return Words("null")
@@ -127,37 +121,19 @@ def nearest(word: str, allowed: Iterable[str]) -> str | None:
 
 
 def nearest_first(word: str, allowed: Sequence[str]) -> list[str]:
-    """The allowed words, the one most similar to `word` before the others.
-
-    Examples
-    --------
-    >>> nearest_first("lenght", ["area", "length", "width"])
-    ['length', 'area', 'width']
-    """
+    """The allowed words, the one most similar to `word` before the others."""
     first = nearest(word, allowed)
     return sorted(allowed, key=lambda other: other != first)
 
 
 def did_you_mean(word: str, allowed: Iterable[str]) -> str | None:
-    """The hint that names the nearest allowed word, or None if none is similar.
-
-    Examples
-    --------
-    >>> did_you_mean("lenght", ["width", "length"])
-    'did you mean length?'
-    """
+    """The hint that names the nearest allowed word, or None if none is similar."""
     word = nearest(word, allowed) or ""
     return f"did you mean {word}?" if word else None
 
 
 def listing(words: Sequence[str], limit: int = 60) -> str:
-    """The words as a list in a sentence, shortened when they are many.
-
-    Examples
-    --------
-    >>> listing(["a", "b", "c", "d"], limit=2)
-    'a, b, ... (4 in all)'
-    """
+    """The words as a list in a sentence, shortened when they are many."""
     if len(words) <= limit:
         return ", ".join(words)
     return ", ".join([*words[:limit], f"... ({len(words)} in all)"])

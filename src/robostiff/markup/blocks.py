@@ -98,17 +98,11 @@ class Table:
 
 @frozen
 class BlockUnits:
-    """Units of the blocks of a matrix between twists and wrenches.
+    """Units of the blocks of a matrix between twists and wrenches."""
 
-    Attributes
-    ----------
-    translation, coupling, rotation : str
-        Of the upper left block, both off-diagonal blocks, and the lower right block.
-    """
-
-    translation: str
-    coupling: str
-    rotation: str
+    translation: str  # of the upper left block
+    coupling: str  # of both off-diagonal blocks
+    rotation: str  # of the lower right block
 
     def __str__(self) -> str:
         return f"{self.translation}, {self.coupling}, {self.rotation}"

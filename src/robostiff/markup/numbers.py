@@ -26,26 +26,14 @@ def number(value: float, digits: int = 5) -> str:
 
 
 def numeral_html(shown: str) -> str:
-    """What `number` writes, in HTML: powers of ten raised, a true minus sign.
-
-    Examples
-    --------
-    >>> numeral_html("-1.2346e+06"), numeral_html("0.25")
-    ('−1.2346·10<sup>6</sup>', '0.25')
-    """
+    """What `number` writes, in HTML: powers of ten raised, a true minus sign."""
     digits, _, exponent = shown.partition("e")
     power = f"·10<sup>{int(exponent)}</sup>" if exponent else ""
     return f"{digits}{power}".replace("-", "−")
 
 
 def numeral_typst(shown: str) -> str:
-    """What `number` writes, in Typst.
-
-    Examples
-    --------
-    >>> numeral_typst("-1.2346e+06"), numeral_typst("0.25")
-    ('$-1.2346 dot 10^(6)$', '$0.25$')
-    """
+    """What `number` writes, in Typst."""
     digits, _, exponent = shown.partition("e")
     return f"${digits} dot 10^({int(exponent)})$" if exponent else f"${digits}$"
 
@@ -142,15 +130,7 @@ def row(values: Iterable[float]) -> str:
 
 
 def shown_matrix(K: np.ndarray) -> np.ndarray:
-    """A semidefinite matrix; rounding errors beside row and column are shown as zero.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> shown_matrix(np.array([[4e6, 1e-9], [1e-9, 1.0]]))
-    array([[4.e+06, 0.e+00],
-           [0.e+00, 1.e+00]])
-    """
+    """A semidefinite matrix; rounding errors beside row and column are shown as zero."""
     import numpy as np
 
     size = np.sqrt(np.maximum(np.abs(np.diag(K)), np.finfo(float).tiny))

@@ -38,15 +38,7 @@ _WRITERS = {
 
 
 def page_of(result: object) -> Page:
-    """The page of a machine or of a result; of a batch in short.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> page = page_of(rs.stiffness(rs.load("3-rrr")))
-    >>> page.name, page.data["rank"]
-    ('3-rrr', 3)
-    """
+    """The page of a machine or of a result; of a batch in short."""
     kinds = [kind.__name__ for kind in type(result).__mro__]
     if getattr(result, "batch_shape", ()) and "Compensation" not in kinds:
         return Page(repr(result))
@@ -55,14 +47,7 @@ def page_of(result: object) -> Page:
 
 
 def robots_page(listed: Sequence[Any]) -> Page:
-    """Shipped robots by what `robostiff.robots.describe` says of each; sources not as text.
-
-    Examples
-    --------
-    >>> from robostiff.robots import describe
-    >>> robots_page([describe("3-upu")]).blocks[0].rows
-    [('3-upu', 'Translational 3-UPU')]
-    """
+    """Shipped robots by what `robostiff.robots.describe` says of each; sources not as text."""
     table = Table(("", ""), [(robot.name, robot.title) for robot in listed])
     sources = Table(("robot", "source"), [(robot.name, robot.source) for robot in listed])
     blocks = [table, Folded("Where their numbers come from", (sources,))]

@@ -176,10 +176,7 @@ DATA = PictureData()
 
 
 def drawn_by(backend: PlotBackend[Drawn], picture: Picture) -> Drawn:
-    """The picture, drawn.
-
-    Raises InputError when `backend` cannot draw.
-    """
+    """The picture, drawn; InputError when `backend` cannot draw."""
     if isinstance(backend, type) or not callable(getattr(backend, "draw", None)):
         raise InputError(
             "backend of a plot",

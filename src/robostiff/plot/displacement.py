@@ -52,15 +52,6 @@ def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
 
     The robot is the network of its parts; a body that can move alone keeps its place. Raises
     NoAnswerError when there is no deflection.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> robot = rs.load("planar-link")
-    >>> bent = rs.deflection(robot, wrench=[0, 10, 0])
-    >>> motions = motion_under(rs.find_posture(robot).snapshot.one(0), bent)
-    >>> bool(np.allclose(motions["link/tip"].t, motions["platform"].t))
-    True
     """
     answer = bent.stiffness
     network = network_of_snapshot(posed) if isinstance(posed, Snapshot) else posed

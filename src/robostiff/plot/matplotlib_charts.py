@@ -137,8 +137,7 @@ class Canvas:
         """Width of the axes, or of the new figure [inches]."""
         if self.ax is None:
             return self.width
-        figure = self.ax.figure
-        return float(figure.get_figwidth() * self.ax.get_position().width)
+        return float(self.ax.figure.get_figwidth() * self.ax.get_position().width)
 
     def columns(self, labels: Sequence[str]) -> int:
         """How many columns of a legend fit."""
@@ -289,13 +288,7 @@ def _text(ax: Axes, value: float, place: float, text: str) -> None:
 
 
 def cell_edges(values: np.ndarray) -> np.ndarray:
-    """Edges (n + 1,) of cells around values (n,): half-way between them.
-
-    Examples
-    --------
-    >>> cell_edges(np.array([0.0, 1.0, 3.0])).tolist()
-    [-0.5, 0.5, 2.0, 4.0]
-    """
+    """Edges (n + 1,) of cells around values (n,): half-way between them."""
     middle = (values[1:] + values[:-1]) / 2
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
 

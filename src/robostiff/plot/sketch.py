@@ -280,11 +280,6 @@ def round_factor(displacements: np.ndarray, size: float) -> float:
     """How far displacements (n, 3) are exaggerated: 1, 2 or 5 times a power of ten; 0 for none.
 
     The largest is then drawn as a tenth of the robot, or less.
-
-    Examples
-    --------
-    >>> round_factor(np.array([[0.0, 3e-5, 4e-5]]), 1.2)
-    2000.0
     """
     largest = float(np.linalg.norm(displacements, axis=-1).max(initial=0.0))
     if largest == 0:

@@ -32,12 +32,6 @@ def ellipsoid_mesh(
 
     Rows of `half_axes` (3, 3) are vectors; a zero row makes it flat. Open axes are infinite and
     shown up to the given half axis: one makes a tube, two make a pair of plates.
-
-    Examples
-    --------
-    >>> vertices, _ = ellipsoid_mesh(np.diag([3.0, 2.0, 1.0]))
-    >>> np.abs(vertices).max(axis=0).round(2).tolist()
-    [3.0, 2.0, 1.0]
     """
     closed = [i for i in range(3) if i not in open_axes]
     angle = np.linspace(0, 2 * np.pi, _AROUND)
@@ -71,15 +65,7 @@ _SAME = 1e-6
 
 
 def plate(points: np.ndarray) -> np.ndarray | None:
-    """Points (n, 3) in circular order; None if they span no area.
-
-    Examples
-    --------
-    >>> plate(np.array([[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0.0]]))[:, :2].tolist()
-    [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
-    >>> plate(np.zeros((6, 3))) is None
-    True
-    """
+    """Points (n, 3) in circular order; None if they span no area."""
     away = points - points.mean(axis=0)
     size = np.linalg.norm(away, axis=1).max()
     values, axes = np.linalg.svd(away, full_matrices=True)[1:]
@@ -104,14 +90,6 @@ def isosurface(
     """Vertices (m, 3) and triangles (m / 3, 3) on which values on a grid are those of a level.
 
     Values (n_x, n_y, n_z) are NaN where there is none; `axes` are the coordinates of the grid.
-
-    Examples
-    --------
-    >>> line = np.linspace(0, 1, 3)
-    >>> height = np.broadcast_to(line, (3, 3, 3))
-    >>> vertices, _ = isosurface(height, 0.25, (line, line, line))
-    >>> set(vertices[:, 2].tolist())
-    {0.25}
     """
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     shape = np.array(values.shape) - 1
@@ -216,13 +194,6 @@ def principal_axes(result: AnyStiffness, quality: Quality) -> PrincipalAxes:
 
     Where free motions F t = 0 remain, the compliance is that of the wrenches which do no work on
     them; along the directions that the free motions cover it has no limit.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> result = rs.stiffness(rs.load("gough-stewart-a"))
-    >>> principal_axes(result, Quality.COMPLIANCE).is_free
-    array([False,  True,  True])
     """
     if isinstance(result, CableStiffness):
         if quality.is_compliance and result.unstable_motions:
@@ -260,12 +231,6 @@ def screw_line(screw: Screw, near: np.ndarray, half_length: float) -> tuple[np.n
     A translation is drawn at the point, an axis where it passes nearest. A helix turns no further
     than its axis is long. Answered are the ends (2, 3) of the axis, and points (n, 3) on the way of
     a point that turns (an arc) or turns and advances (a helix); none of a translation.
-
-    Examples
-    --------
-    >>> turn = Screw(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]), 0.0)
-    >>> screw_line(turn, np.zeros(3), 0.5)[0].tolist()
-    [[1.0, 0.0, -0.5], [1.0, 0.0, 0.5]]
     """
     e = screw.axis
     if screw.point is None:

@@ -23,13 +23,7 @@ class Palette:
     signed: tuple[str, ...]  # negative to positive; the middle is near the ground
 
     def along(self, stops: tuple[str, ...], where: float) -> str:
-        """Colour at a place from 0 to 1 along some stops.
-
-        Examples
-        --------
-        >>> Theme.LIGHT.palette.along(("#000000", "#ffffff"), 0.5)
-        '#808080'
-        """
+        """Colour at a place from 0 to 1 along some stops."""
         place = min(max(where, 0.0), 1.0) * (len(stops) - 1)
         i = min(int(place), len(stops) - 2)
         low, high = _channels(stops[i]), _channels(stops[i + 1])
@@ -37,45 +31,19 @@ class Palette:
         return "#" + "".join(f"{channel:02x}" for channel in mixed)
 
     def on(self, colour: str) -> str:
-        """White or nearly black, whichever has more contrast on a colour.
-
-        Examples
-        --------
-        >>> Theme.LIGHT.palette.on("#00224e")
-        '#ffffff'
-        """
+        """White or nearly black, whichever has more contrast on a colour."""
         return max(("#ffffff", "#111111"), key=lambda ink: contrast(ink, colour))
 
 
 def luminance(colour: str) -> float:
-    """Relative luminance of a colour, 0 (black) to 1 (white).
-
-    References
-    ----------
-    W3C: Web Content Accessibility Guidelines 2.1.
-
-    Examples
-    --------
-    >>> luminance("#ffffff")
-    1.0
-    """
+    """Relative luminance, 0 (black) to 1 (white): W3C, Web Content Accessibility Guidelines 2.1."""
     shares = (c / 255 for c in _channels(colour))
     linear = [s / 12.92 if s <= 0.04045 else ((s + 0.055) / 1.055) ** 2.4 for s in shares]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 def contrast(one: str, other: str) -> float:
-    """Contrast of two colours, 1 to 21.
-
-    References
-    ----------
-    W3C: Web Content Accessibility Guidelines 2.1.
-
-    Examples
-    --------
-    >>> round(contrast("#ffffff", "#000000"), 6)
-    21.0
-    """
+    """Contrast of two colours, 1 to 21, by their `luminance`."""
     low, high = sorted((luminance(one), luminance(other)))
     return (high + 0.05) / (low + 0.05)
 
@@ -153,12 +121,6 @@ class NamedColours(Palette):
     """Names in place of colours, so that what is drawn once is shown in every theme.
 
     A name is a colour that no theme has, ``hsl(N,0%,0%)`` of number N in the list of its colours.
-
-    Examples
-    --------
-    >>> named = named_colours()
-    >>> named.ground, named.pairs[0]
-    ('hsl(0,0%,0%)', ('#ffffff', '#16191d'))
     """
 
     # light and dark colour of each name given so far

@@ -117,8 +117,7 @@ class WrittenPlatformSpring(WrittenMatrices):
                 expected="at: [x, y, z], the point of the platform frame about which it is given",
             )
         at = a.at if self.at is None else (place / "at").point(self.at)
-        axes = self.turned(place)
-        return PlatformPart(name, a.name, b.name, at, axes, self.elasticity(place))
+        return PlatformPart(name, a.name, b.name, at, self.turned(place), self.elasticity(place))
 
 
 class WrittenPlatform(WrittenMapping):

@@ -441,5 +441,4 @@ def _built(written: WrittenModel, top: Place, holds: Sequence[str] = ()) -> Any:
         return robot
     from robostiff.io.model_file.at_home import at_home
 
-    chosen = model.coordinates is not None
-    return at_home(top, robot, places, chosen=chosen, laws=model.laws)
+    return at_home(top, robot, places, chosen=model.coordinates is not None, laws=model.laws)

@@ -92,11 +92,6 @@ def model_file_schema() -> dict[str, Any]:
 
     It checks keys, types and shapes, for completion and hints in an editor; `rs.load` also
     checks values, units and names.
-
-    Examples
-    --------
-    >>> model_file_schema()["title"]
-    'robostiff model file'
     """
     written = (WrittenRobot, WrittenArm, WrittenCableRobot, WrittenMachine)
     _, schema = models_json_schema(

@@ -103,14 +103,7 @@ def symbolic_values(
 
 
 def meaning_of(value: SIQuantity) -> str:
-    """What a symbol stands for, and its value in the model file.
-
-    Examples
-    --------
-    >>> from robostiff.io.units import parse_quantity
-    >>> meaning_of(parse_quantity("350 mm")), meaning_of(parse_quantity("2"))
-    ('length, 0.35 m in the model', '2 in the model')
-    """
+    """What a symbol stands for, and its value in the model file."""
     noun = f"{value.dimension.noun}, " if value.dimension else ""
     return f"{noun}{number(value.magnitude)} {unit_of(value)}".rstrip() + " in the model"
 

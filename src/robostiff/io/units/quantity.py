@@ -125,13 +125,7 @@ class SIQuantity:
 
     @property
     def dimension(self) -> Dimension | None:
-        """The first dimension with its unit; None where it has none, or another one.
-
-        Examples
-        --------
-        >>> parse_quantity("70 GPa").dimension
-        <Dimension.MODULUS: ('an elastic modulus', 'Pa', '70 GPa')>
-        """
+        """The first dimension with its unit; None where it has none, or another one."""
         alike = (kind for kind in Dimension if self.units.is_like(kind.unit, rad=True))
         return None if self.is_bare else next(alike, None)
 
@@ -186,15 +180,7 @@ def make_quantity(magnitude: Any, unit: Unit | None = None) -> SIQuantity:
 
 
 def exact_quantity(magnitude: Any, unit: Unit | None = None) -> SIQuantity:
-    """The quantity in base units with a SymPy magnitude, by exact factors; degrees make pi.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> from robostiff.io.units import make_unit
-    >>> exact_quantity(sp.Integer(120), make_unit({"deg": 1})).magnitude
-    2*pi/3
-    """
+    """The quantity in base units with a SymPy magnitude, by exact factors; degrees make pi."""
     import sympy as sp
 
     unit = unit or Unit()
@@ -203,14 +189,7 @@ def exact_quantity(magnitude: Any, unit: Unit | None = None) -> SIQuantity:
 
 
 def own_quantity(value: Any) -> SIQuantity | None:
-    """A quantity of pint, of any registry, in base units; None for other values.
-
-    Examples
-    --------
-    >>> import pint
-    >>> own_quantity(pint.UnitRegistry().Quantity(1.5, "kN")).magnitude, own_quantity(1.5)
-    (1500.0, None)
-    """
+    """A quantity of pint, of any registry, in base units; None for other values."""
     if not is_pint(value) or getattr(value.magnitude, "shape", ()) != ():
         return None
     try:

@@ -16,13 +16,7 @@ BASE = ("m", "kg", "s", "rad")
 
 @frozen
 class Unit:
-    """A unit: so many times a product of powers of m, kg, s and rad.
-
-    Examples
-    --------
-    >>> print(make_unit({"kN": 1, "mm": -1}).base)
-    kg/s^2
-    """
+    """A unit: so many times a product of powers of m, kg, s and rad."""
 
     powers: Powers = (0, 0, 0, 0)  # of m, kg, s and rad
     ratio: Fraction = Fraction(1)  # times pi to the power `pi`: the number of base units
@@ -150,11 +144,6 @@ def read_unit(text: str, start: int, *, leading_slash: bool = True) -> tuple[Uni
 
     Raises InputError if a unit begins but cannot be understood: a power that is no whole number, a
     product after a quotient (``N/m rad``), or a product with an angle (``N m deg``).
-
-    Examples
-    --------
-    >>> read_unit("10 N m/rad + 2", 2)[1]
-    10
     """
     factors, end = _read_product(text, start, leading_slash=leading_slash)
     if not factors:
