@@ -394,15 +394,7 @@ def given_wrenches(
 
 
 def require_one_pose(subject: str, batch: tuple[int, ...], hint: str | None = None) -> None:
-    """Raise for a batch of poses (``batch`` is its shape) of ``subject``.
-
-    Examples
-    --------
-    >>> require_one_pose("a deflection", (2, 3))
-    Traceback (most recent call last):
-    ...
-    robostiff.errors.InputError: pose of a deflection: got '6 poses', expected one pose
-    """
+    """Raise for a batch of poses (``batch`` is its shape) of ``subject``."""
     if not batch:
         return
     count = int(np.prod(batch))

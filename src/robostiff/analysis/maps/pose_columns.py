@@ -32,11 +32,6 @@ def read_coordinate(
     """Values of a coordinate in SI units, and their unit if they came with one.
 
     Of a joint lengths and angles are taken, and the robot decides.
-
-    Examples
-    --------
-    >>> read_coordinate("values of x", [0.1, 0.2], "lengths", "x")
-    (array([0.1, 0.2]), None)
     """
     if name in POSE_UNITS or not holds_quantities(values):
         return as_floats(subject, values, expected, POSE_UNITS.get(name)), None

@@ -207,13 +207,7 @@ class RootSigns:
 
 
 def all_modes(signs: tuple[bool, bool, bool]) -> tuple[RootSigns, ...]:
-    """The modes of a closed form that has some of the three signs.
-
-    Examples
-    --------
-    >>> len(all_modes((True, False, True)))
-    4
-    """
+    """The modes of a closed form that has some of the three signs."""
     return tuple(
         RootSigns(*own) for own in combinations(*((1, -1) if two else (1,) for two in signs))
     )
