@@ -173,17 +173,11 @@ def coordinate_units(robot: Mapped) -> dict[str, str]:
 
 def joint_columns(leg: Leg) -> PoseColumns:
     """Joint coordinates of a leg, from base to platform."""
-    chain = leg.chain
-    units = joint_units(chain)
-    return PoseColumns(chain.coordinate_names, units, tuple(map(float, chain.home)), of_joints=True)
+    names, home = leg.chain.coordinate_names, tuple(map(float, leg.chain.home))
+    return PoseColumns(names, joint_units(leg.chain), home, of_joints=True)
 
 
 def _of_platform(robot: Robot | CableRobot, names: tuple[str, ...]) -> PoseColumns:
-    places = [SIX.index(name) for name in names]
-    home = home_coordinates(cast(Any, robot))
-    return PoseColumns(
-        names,
-        tuple(POSE_UNITS[name] for name in names),
-        tuple(float(home[k]) for k in places),
-        of_joints=False,
-    )
+    home = dict(zip(SIX, home_coordinates(cast(Any, robot)).tolist(), strict=True))
+    units = tuple(POSE_UNITS[name] for name in names)
+    return PoseColumns(names, units, tuple(home[name] for name in names), of_joints=False)

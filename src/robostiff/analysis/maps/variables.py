@@ -53,11 +53,6 @@ class Variable:
         return (n * (n + 1) // 2,) if self.is_symmetric else self.shape
 
     @property
-    def stored_dims(self) -> tuple[str, ...]:
-        """Dimensions of what a store has of a pose."""
-        return ("entry",) if self.is_symmetric else self.dims
-
-    @property
     def is_float(self) -> bool:
         """Whether the fill value is NaN."""
         return np.dtype(self.dtype).kind == "f"

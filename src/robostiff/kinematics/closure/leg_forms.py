@@ -157,9 +157,8 @@ def copied_places(chain: Chain) -> np.ndarray | None:
     main = 0
     for element in chain.elements:
         if isinstance(element, Joint | Telescope):
-            size = element.size if isinstance(element, Joint) else 1
-            places += range(main, main + size)
-            main += size
+            places += range(main, main + element.size)
+            main += element.size
         elif isinstance(element, ParallelBlock):
             first = element.branches[0]
             for branch in element.branches:
