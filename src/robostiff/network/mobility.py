@@ -29,10 +29,7 @@ def null_spaces(G: np.ndarray, tolerance: Tolerance) -> tuple[np.ndarray, np.nda
     themselves, and whether a singular value is neither clearly zero nor clearly not. Those below
     `Tolerance.independence` are zero.
     """
-    rows, columns = G.shape
-    if rows == 0 or columns == 0:
-        return np.eye(columns), np.eye(rows), False
-    U, values, Vt = np.linalg.svd(G)
+    U, values, Vt = np.linalg.svd(G)  # identities where there are no rows, or no columns
     rank = int(np.count_nonzero(values > tolerance.independence))
     doubtful = bool(np.any(tolerance.leaves_in_doubt(values)))
     return Vt[rank:].T, U[:, rank:], doubtful
