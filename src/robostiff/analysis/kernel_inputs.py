@@ -247,11 +247,8 @@ class KernelInputs(Recordable):
             order, units, count = chain.coordinate_names, joint_units(chain), self.joints
         check_order(subject, numbers, order)
         given = as_floats(subject, numbers, expected, units)
-        if (
-            given.ndim not in (1, 2)
-            or given.shape[-1] != count
-            or (count == 0 and self._needs_joints)
-        ):
+        fits = given.ndim in (1, 2) and given.shape[-1] == count
+        if not fits or (count == 0 and self._needs_joints):
             got = f"shape {given.shape}"
             raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
         if by_joints:

@@ -289,8 +289,7 @@ class Chain:
         T = self.joint_motions
         if T is None:
             return tuple(screws)
-        plain = np.eye(self.size, dtype=bool)
-        moves_others = np.any((plain.astype(int) != T), axis=0)
+        moves_others = np.any(np.eye(self.size, dtype=int) != T, axis=0)
         return tuple(
             CoupledScrew(screw.axis, screw.point, screw.pitch) if coupled else screw
             for screw, coupled in zip(screws, moves_others, strict=True)

@@ -115,10 +115,6 @@ def network_response(
         Displacement [m] and rotation [rad] of fixed nodes about their points, world axes.
     tolerance : Tolerance
 
-    Returns
-    -------
-    NetworkResponse
-
     Raises
     ------
     InputError
