@@ -168,9 +168,11 @@ def serial_arm(
     if is_modified:
         after = [row.about_x for row in rows[1:]] + [Frame.identity()]
         first, links = rows[0].about_x, [r.about_z @ x for r, x in zip(rows, after, strict=True)]
-    given = {"joint_stiffness": joint_stiffness, "limits": limits, "home": home}
-    each = (_one_a_joint(subject, value, len(rows)) for subject, value in given.items())
-    per_joint = zip(rows, links, *each, strict=True)
+    per_joint = zip(
+        *(rows, links, _one_a_joint("joint_stiffness", joint_stiffness, len(rows))),
+        *(_one_a_joint("limits", limits, len(rows)), _one_a_joint("home", home, len(rows))),
+        strict=True,
+    )
     elements: list[Element] = []
     for number, (row, link, stiffness, bound, q_home) in enumerate(per_joint, start=1):
         make = prismatic if row.slides else revolute
