@@ -30,13 +30,7 @@ def direction_in_words(direction: np.ndarray) -> str:
 
 
 def numbers_in_words(values: np.ndarray) -> str:
-    """Numbers of one unit in four digits; what is rounding beside the largest is 0.
-
-    Examples
-    --------
-    >>> numbers_in_words(np.array([0.25, 1e-12, -1 / 3]))
-    '0.25, 0, -0.3333'
-    """
+    """Numbers of one unit in four digits; what is rounding beside the largest is 0."""
     scale = max(1e-3, float(np.max(np.abs(values))))
     return ", ".join(f"{0.0 if abs(v) < _SMALL * scale else v:.4g}" for v in values)
 

@@ -241,18 +241,14 @@ class KernelInputs(Recordable):
             hint = _FOUND if type(pose) in _BY_DRIVES else _OTHERWISE
             raise InputError(subject, got=got, expected=expected, hint=hint)
         numbers: Any = pose.values if isinstance(pose, JointCoordinates) else pose
-        units = (
-            joint_units(self.subject.legs[0].chain) if by_joints else coordinate_units(self.subject)
-        )
-        of_joints = self.subject.legs[0].chain.coordinate_names
-        check_order(subject, numbers, of_joints if by_joints else names)
+        order, units, count = names, coordinate_units(self.subject), len(names)
+        if by_joints:
+            chain = self.subject.legs[0].chain
+            order, units, count = chain.coordinate_names, joint_units(chain), self.joints
+        check_order(subject, numbers, order)
         given = as_floats(subject, numbers, expected, units)
-        count = self.joints if by_joints else len(self.subject.coordinates)
-        if (
-            given.ndim not in (1, 2)
-            or given.shape[-1] != count
-            or (count == 0 and self._needs_joints)
-        ):
+        fits = given.ndim in (1, 2) and given.shape[-1] == count
+        if not fits or (count == 0 and self._needs_joints):
             got = f"shape {given.shape}"
             raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
         if by_joints:

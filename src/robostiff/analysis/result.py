@@ -260,15 +260,12 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
     @property
     def free_motions(self) -> tuple[FreeMotion, ...]:
         """Free motions of the platform, at a single pose."""
-        if self.details().carried is None or Status.UNREACHABLE in self.status:
+        found = self.details()
+        if found.carried is None or Status.UNREACHABLE in self.status:
             return ()
         # About the robot's own point: from far away every rotation resembles a translation.
-        found = self.details()
-        length = float(found.length)
-        motions = free_motions_in_words(found.free_motions, found.origin, length)
-        return tuple(
-            FreeMotion(move_twist(motion.twist, self.offset), motion.screw) for motion in motions
-        )
+        motions = free_motions_in_words(found.free_motions, found.origin, float(found.length))
+        return tuple(replace(one, twist=move_twist(one.twist, self.offset)) for one in motions)
 
     @property
     def rigid_directions(self) -> np.ndarray:
@@ -394,15 +391,7 @@ def given_wrenches(
 
 
 def require_one_pose(subject: str, batch: tuple[int, ...], hint: str | None = None) -> None:
-    """Raise for a batch of poses (``batch`` is its shape) of ``subject``.
-
-    Examples
-    --------
-    >>> require_one_pose("a deflection", (2, 3))
-    Traceback (most recent call last):
-    ...
-    robostiff.errors.InputError: pose of a deflection: got '6 poses', expected one pose
-    """
+    """Raise for a batch of poses (``batch`` is its shape) of ``subject``."""
     if not batch:
         return
     count = int(np.prod(batch))

@@ -107,12 +107,9 @@ class LegMatrices:
     @property
     def doubtful(self) -> np.ndarray:
         """Where rounding blurs which motions a block leaves free (...), or one further inside."""
-        found = np.zeros(self.J_q.shape[:-2], dtype=bool)
-        for block in self.blocks:
-            found = np.logical_or.reduce(
-                [found, *(x.doubtful for x in (block.whole, *block.branches))]
-            )
-        return found
+        none = np.zeros(self.J_q.shape[:-2], dtype=bool)
+        inside = (x.doubtful for block in self.blocks for x in (block.whole, *block.branches))
+        return np.logical_or.reduce([none, *inside])
 
 
 @frozen

@@ -305,11 +305,6 @@ def second_order_arm(forces: np.ndarray, arms: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     forces, arms : (..., m, 3) arrays
-
-    Examples
-    --------
-    >>> second_order_arm(np.array([[0, 0, 2.0]]), np.array([[0, 0, 3.0]])).diagonal().tolist()
-    [-6.0, -6.0, 0.0]
     """
     outer = np.swapaxes(forces, -1, -2) @ arms
     trace = np.einsum("...ii->...", outer)

@@ -192,8 +192,7 @@ def _swapped(A: np.ndarray, chosen: np.ndarray, count: int) -> np.ndarray:
     first, pivots = A[..., 0], A[..., :count]
     column = np.einsum("...pm,...m->...p", pivots, chosen.astype(float))
     swapped = np.where(chosen[..., None, :], first[..., None], pivots)
-    swapped = np.concatenate([column[..., None], swapped[..., 1:], A[..., count:]], axis=-1)
-    return swapped
+    return np.concatenate([column[..., None], swapped[..., 1:], A[..., count:]], axis=-1)
 
 
 def _conjugate(
@@ -225,9 +224,6 @@ def _elastic_rank(
     doubtful |= tolerance.leaves_in_doubt(margin)
     lost = margin <= tolerance.independence
     if np.any(lost):
-        if p == 0:
-            rank[lost] = 0
-            return rank, doubtful
         values = np.linalg.svd(np.broadcast_to(rows, (*batch, p, m))[lost], compute_uv=False)
         rank[lost] = np.count_nonzero(values > tolerance.independence, axis=-1)
         doubtful[lost] = np.any(tolerance.leaves_in_doubt(values), axis=-1)

@@ -22,13 +22,7 @@ from robostiff.spatial.batch import empty_batch
 
 
 def scaled_inverse(K: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """Symmetric inverse of a regular K, taken where translations and rotations are both lengths.
-
-    Examples
-    --------
-    >>> scaled_inverse(np.diag([2.0, 4.0, 8.0]), np.array(0.5)).diagonal()
-    array([0.5  , 0.25 , 0.125])
-    """
+    """Symmetric inverse of a regular K, taken where translations and rotations are both lengths."""
     s = scaling(length, Space.of_size(K.shape[-1]))
     scale = s[..., :, None] * s[..., None, :]
     inverse = np.linalg.inv(K / scale)

@@ -178,8 +178,8 @@ class PoseBatch:
         return _mapped(lambda array: array.reshape((*batch, *array.shape[axes:])), self)
 
     @classmethod
-    def joined(cls, parts: Sequence[Self], batch: tuple[int, ...] | None = None) -> Self:
-        """Several batches, each along one axis, as one, or under the shape of all poses.
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """Several batches, each along one axis, as one.
 
         Zeros fill up the other axes, and what one of the parts lacks the whole does, too.
         """
@@ -189,8 +189,7 @@ class PoseBatch:
             missing = [[(0, 0), *((0, k) for k in most - stack.shape[1:])] for stack in stacks]
             return np.concatenate([np.pad(s, k) for s, k in zip(stacks, missing, strict=True)])
 
-        whole = parts[0] if len(parts) == 1 else _mapped(one_batch, *parts)
-        return whole if batch is None else whole.reshaped(batch)
+        return parts[0] if len(parts) == 1 else _mapped(one_batch, *parts)
 
 
 def _mapped(f: Callable[..., np.ndarray], first: Any, *others: Any) -> Any:

@@ -111,13 +111,7 @@ def scaling(length: Float[np.ndarray, "*batch"], space: Space) -> Float[np.ndarr
 
 
 def last_moved(rates: np.ndarray, tolerance: Tolerance) -> np.ndarray:
-    """Freedoms (q,) that some of k motions moves and none after them, from their rates (q, k).
-
-    Examples
-    --------
-    >>> last_moved(np.array([[1.0], [2.0], [0.0]]), Tolerance())
-    array([False,  True, False])
-    """
+    """Freedoms (q,) that some of k motions moves and none after them, from their rates (q, k)."""
     found = np.zeros(len(rates), dtype=bool)
     for i in range(len(rates) - 1, -1, -1):
         size = float(np.linalg.norm(rates[i]))
@@ -193,13 +187,7 @@ def smallest_compliance(
 
 
 def smallest_singular_value(W: Float[np.ndarray, "*batch n m"]) -> Float[np.ndarray, "*batch"]:
-    """Lower bound, sharp where it is small, of the smallest singular value of W (n x m, m >= n).
-
-    Examples
-    --------
-    >>> float(smallest_singular_value(np.array([[1.0, 0.0, 1.0], [0.0, 1e-8, 0.0]])))
-    1e-08
-    """
+    """Lower bound, sharp where it is small, of the smallest singular value of W (n x m, m >= n)."""
     n, m = W.shape[-2:]
     if m < n:
         return np.zeros(W.shape[:-2])

@@ -95,9 +95,8 @@ class _Mode:
         found = [x for x in (slid, turned) if most_size(x) > _EQUAL]
         if len(found) == 2 and min(map(_least, found)) < 0:
             return (slid * (1 / self.site.length) + turned,)
-        if (
-            len(slides) == 1 and most_size(slid) > _EQUAL
-        ):  # shorter: where home is from their middle
+        if len(slides) == 1 and most_size(slid) > _EQUAL:
+            # Shorter: where home is from their middle.
             a, b = (x.closed.slides[slides[0]].coordinate for x in (self, other))
             ahead = self.site.home[slides[0]] - (a + b) * 0.5
             found[0] = ahead if _least(a - b) > 0 else -ahead

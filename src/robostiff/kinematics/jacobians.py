@@ -326,12 +326,8 @@ def _is_alike(one: Any, other: Any) -> bool:
     # Of coupled joints each has those that it moves.
     if type(one) is not PlacedFreedom or one.pitch != other.pitch:
         return False
-    return one.role == other.role or (_is_spring(one) and _is_spring(other))
-
-
-def _is_spring(freedom: PlacedFreedom) -> bool:
-    """Whether it has one stiffness at all poses."""
-    return isinstance(freedom.stiffness, float)
+    # Of springs that differ, each has one stiffness at all poses.
+    return one.role == other.role or all(isinstance(x.stiffness, float) for x in (one, other))
 
 
 def _as_one(legs: Sequence[PlacedLeg], axes: int) -> PlacedLeg:

@@ -134,9 +134,7 @@ def near_coordinates(robot: Robot, near: Near) -> tuple[np.ndarray, ...] | None:
         flat = np.concatenate([as_floats(subject, part, expected, own) for part, own in each])
         fits = [len(part) for part in parts] == sizes
     else:
-        flat = as_floats(subject, given, expected, [unit for own in units for unit in own]).reshape(
-            -1
-        )
+        flat = as_floats(subject, given, expected, [unit for own in units for unit in own]).ravel()
         fits = flat.size == sum(sizes)
     if not fits:
         hint = f"the legs have {', '.join(map(str, sizes))} coordinates each, passive ones included"

@@ -126,9 +126,8 @@ class Posture:
                     for number, beam in enumerate(element.beams, start=1):
                         what = f"the length [m] of beam {number} of {element.name!r}"
                         yield i, what, beam.fixed + beam.share * q[:, where.start]
-            for role, name, own in zip(
-                leg.chain.roles, leg.chain.coordinate_names, q.T, strict=True
-            ):
+            names = leg.chain.coordinate_names
+            for role, name, own in zip(leg.chain.roles, names, q.T, strict=True):
                 law = None if isinstance(role, Passive) else role.stiffness
                 if isinstance(law, StiffnessLaw):
                     yield i, f"the stiffness of {name!r}", law.at(own)

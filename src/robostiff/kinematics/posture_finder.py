@@ -256,25 +256,18 @@ class PostureFinder:
 
     def in_other_modes(self, posture: Posture) -> tuple[str, ...]:
         """Sentences about legs that reach one pose in another working mode than at home."""
-        names = [
-            repr(solver.leg.name)
-            for solver, closes in zip(self.solvers, posture.closed[0], strict=True)
-            if not closes
-            and solver.closed_form is not None
-            and solver.that_close(posture.pose[0])[0]
-        ]
         return tuple(
-            f"leg {name} reaches the pose in another working mode than at home only: choose it by "
-            "joint coordinates close by: near=[...]"
-            for name in names
+            f"leg {own.leg.name!r} reaches the pose in another working mode than at home only: "
+            "choose it by joint coordinates close by: near=[...]"
+            for own, closes in zip(self.solvers, posture.closed[0], strict=True)
+            if not closes and own.closed_form is not None and own.that_close(posture.pose[0])[0]
         )
 
     def free_coordinates_reach(self, posture: Posture, near: Near = None) -> tuple[str, ...]:
         """A sentence where one pose of six coordinates is reached once the legs decide the rest."""
         places, robot = self.robot.coordinate_places, self.robot
-        if not 0 < len(places) < robot.space.size:
-            return ()
-        if not self.find(posture.pose[0, places], near).reached[0]:
+        are_some = 0 < len(places) < robot.space.size
+        if not (are_some and self.find(posture.pose[0, places], near).reached[0]):
             return ()
         names = " ".join(own.value for own in robot.coordinates)
         return (f"the robot has the free coordinates {names}: give these, the others follow",)

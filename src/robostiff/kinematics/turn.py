@@ -21,11 +21,6 @@ def turn_by_cosine(axis: np.ndarray, c: Any, s: Any) -> np.ndarray:
     """Rotation matrix c I + s (e x) + (1 - c) e e^T about a unit vector e, entries or numbers.
 
     c and s are cosine and sine of the angle.
-
-    Examples
-    --------
-    >>> turn_by_cosine(np.array([0, 0, 1]), 0, 1).astype(int).tolist()
-    [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
     """
     R = np.empty((3, 3), dtype=object)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -42,11 +37,6 @@ def turn_by_vector_of_entries(r: np.ndarray) -> np.ndarray:
 
     With c and s of half the angle a = |r| it is regular at r = 0. A vector along one coordinate
     axis gives one cosine and one sine.
-
-    Examples
-    --------
-    >>> turn_by_vector_of_entries(np.array([0, 0, 0], dtype=object)).astype(float).trace()
-    np.float64(3.0)
     """
     turning = [i for i in range(3) if not is_zero(r[i])]
     if len(turning) <= 1:
@@ -72,13 +62,6 @@ def turn_about(
     """Rotation matrix I + sin(a) (e x) + (1 - cos(a)) (e x)^2 about a fixed unit vector e.
 
     Angles (...) [rad]; one, without batch axes, where it or the axis has recorded entries.
-
-    Examples
-    --------
-    >>> turn_about(np.array([0.0, 0.0, 1.0]), np.array(np.pi / 2)).round(12) + 0.0
-    array([[ 0., -1.,  0.],
-           [ 1.,  0.,  0.],
-           [ 0.,  0.,  1.]])
     """
     if object in (angle.dtype, axis.dtype):
         x = angle.item()
@@ -92,13 +75,7 @@ def turn_about(
 
 
 def turn_by_vector(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:
-    """Rotation matrix of rotation vectors [rad].
-
-    Examples
-    --------
-    >>> turn_by_vector(np.zeros(3)).trace()
-    np.float64(3.0)
-    """
+    """Rotation matrix of rotation vectors [rad]."""
     if r.dtype == object:
         return turn_by_vector_of_entries(r)
     return matrix_of_rotation(np.asarray(r, dtype=float))
@@ -136,13 +113,6 @@ def rotvec_rate(r: Shaped[np.ndarray, "*batch 3"]) -> Shaped[np.ndarray, "*batch
     J_l = I + 2 sin(a/2)^2/a^2 (r x) + (1 - sin(a)/a)/a^2 (r x)^2, a = |r|. What rounding leaves of
     the last quotient is multiplied by a^2, so that no digits are lost at small angles. One vector,
     without batch axes, where it has recorded entries.
-
-    Examples
-    --------
-    >>> rotvec_rate(np.zeros(3))
-    array([[1., 0., 0.],
-           [0., 1., 0.],
-           [0., 0., 1.]])
     """
     square = r @ r if r.dtype == object else np.sum(r * r, axis=-1)[..., None, None]
     a = square_root(square + _TINY)

@@ -219,17 +219,14 @@ class DrivenLinkage:
 
     def following(self, samples: Sequence[Configuration]) -> tuple[Connection, ...]:
         """Joints that follow: passive ones, or all that may where only these close the loops."""
-        movable = [
-            c
-            for c in self.part.connections
-            if c.may_move and c.name not in self.drives and c.name in self.part.tree.in_loops
-        ]
-        passive = [c for c in movable if c.is_passive]
-        others = [c.name for c in movable if c not in passive]
+        *_, movable = _movable(self.part, frozenset(self.drives))
+        movable = tuple(c for c in movable if c.name in self.part.tree.in_loops)
+        passive = tuple(c for c in movable if c.is_passive)
+        others = [c.name for c in movable if not c.is_passive]
         still = self.home.coordinates
         if any(all(np.array_equal(s.coordinates[n], still[n]) for n in others) for s in samples):
-            return tuple(passive)
-        return tuple(movable)
+            return passive
+        return movable
 
 
 @kept

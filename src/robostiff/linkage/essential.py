@@ -149,14 +149,11 @@ def _with_others(
             rest.remove(c)
             start = Frame.identity() if body == c.a else _across(c).inverse
             if isinstance(c.element, Link):
-                total[whole] += [
-                    (
-                        mass
-                        if mass.centre is not None
-                        else replace(mass, centre=0.5 * c.element.to, span=None)
-                    ).seen_from(place @ start @ c.before)
-                    for mass in c.element.masses
-                ]
+                begin, middle = place @ start @ c.before, 0.5 * c.element.to
+                for mass in c.element.masses:
+                    alone = mass.centre is None
+                    own = replace(mass, centre=middle, span=None) if alone else mass
+                    total[whole].append(own.seen_from(begin))
             other = c.b if body == c.a else c.a
             if other not in carriers:
                 seen = place @ (_across(c) if body == c.a else start)

@@ -20,7 +20,7 @@ from robostiff.kinematics.closure.motion_tree import AT_REST, Fixed, LoopEnd, Mo
 from robostiff.kinematics.frames import Loop
 from robostiff.kinematics.spanning_tree import SpanningTree, spanning_tree
 from robostiff.model import Chain, Joint, JointKind, Link, Locked, Mass, Passive
-from robostiff.model.checks import finite_coordinates
+from robostiff.model.checks import check_distinct, finite_coordinates
 from robostiff.model.entries import Symbolic
 from robostiff.model.subject import Coordinate, Subject
 from robostiff.spatial import Frame, Screw, Space, refuse_quantities
@@ -146,13 +146,9 @@ class Linkage(Symbolic, Subject):
     masses: Mapping[str, tuple[Mass, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        seen: set[str] = set()
+        names = [connection.name for connection in self.connections]
+        check_distinct("name of the connection", names)
         for connection in self.connections:
-            if connection.name in seen:
-                raise InputError(
-                    "name of the connection", got=connection.name, expected="each name once"
-                )
-            seen.add(connection.name)
             if connection.a == connection.b:
                 raise InputError(
                     f"bodies of {connection.name!r}",
@@ -167,10 +163,8 @@ class Linkage(Symbolic, Subject):
                     expected="a body that is connected with others",
                     hint="floating joints connect nothing",
                 )
-        if self.held - seen:
-            raise InputError(
-                "held joints", got=sorted(self.held - seen), expected="joints of the linkage"
-            )
+        if strange := sorted(self.held.difference(names)):
+            raise InputError("held joints", got=strange, expected="joints of the linkage")
 
     def __repr__(self) -> str:
         return f"<Linkage {self.name!r}, {len(self.bodies)} bodies, {len(self.joints)} joints>"

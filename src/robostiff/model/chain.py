@@ -231,10 +231,9 @@ class Chain:
         if not self.couplings:
             return None
         joints: dict[str, tuple[int, Joint | Telescope]] = {}
+        coupled = {name for coupling in self.couplings for name, _ in coupling.terms}
         for element, place in self._own_moving():
-            if element.name in joints and any(
-                element.name == name for coupling in self.couplings for name, _ in coupling.terms
-            ):
+            if element.name in joints and element.name in coupled:
                 raise InputError(
                     "name of a coupled joint", got=element.name, expected="each name once"
                 )
@@ -290,8 +289,7 @@ class Chain:
         T = self.joint_motions
         if T is None:
             return tuple(screws)
-        plain = np.eye(self.size, dtype=bool)
-        moves_others = np.any((plain.astype(int) != T), axis=0)
+        moves_others = np.any(np.eye(self.size, dtype=int) != T, axis=0)
         return tuple(
             CoupledScrew(screw.axis, screw.point, screw.pitch) if coupled else screw
             for screw, coupled in zip(screws, moves_others, strict=True)
@@ -424,11 +422,7 @@ class Chain:
     @property
     def home_given(self) -> np.ndarray:
         """Which home coordinates were given, (size,) bool."""
-        flags = [
-            bool(element.home_given)
-            for element, place in self.moving
-            for _ in range(place.start, place.stop)
-        ]
+        flags = [bool(own.home_given) for own, _ in self.moving for _ in range(own.size)]
         return np.array(flags, dtype=bool)
 
     @property

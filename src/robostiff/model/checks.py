@@ -36,13 +36,7 @@ _AXES.flags.writeable = False
 
 
 def vector3(subject: str, value: Entries) -> np.ndarray:
-    """Three finite numbers or formulas as an array.
-
-    Examples
-    --------
-    >>> vector3("offset", [0, 0, 1])
-    array([0., 0., 1.])
-    """
+    """Three finite numbers or formulas as an array."""
     if type(value) is np.ndarray and value.dtype == float and value.shape == (3,):
         x, y, z = value.tolist()
         if abs(x) + abs(y) + abs(z) <= LARGEST:  # as of most beams of a large network
@@ -58,16 +52,7 @@ def vector3(subject: str, value: Entries) -> np.ndarray:
 
 
 def unit_vector(subject: str, value: Entries) -> np.ndarray:
-    """A direction of unit length.
-
-    Examples
-    --------
-    >>> unit_vector("axis", [0, 3, 4])
-    array([0. , 0.6, 0.8])
-    >>> import sympy as sp
-    >>> unit_vector("axis", [0, sp.Integer(1), 1])
-    array([0, sqrt(2)/2, sqrt(2)/2], dtype=object)
-    """
+    """A direction of unit length."""
     vector = vector3(subject, value)
     if vector.dtype == object:
         if not vanishes(vector):
@@ -104,11 +89,6 @@ def rotation_matrix(subject: str, value: Entries) -> np.ndarray:
     """A rotation matrix, columns the turned axes; orthonormal and right-handed to six decimals.
 
     Formulas are kept as they are. Exact numbers are kept where they make a rotation.
-
-    Examples
-    --------
-    >>> rotation_matrix("rotation", np.eye(3)).trace()
-    np.float64(3.0)
     """
     formulas = formula_array(value)
     expected = "a 3 x 3 matrix of finite numbers"

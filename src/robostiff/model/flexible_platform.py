@@ -184,13 +184,7 @@ def platform_beam(
 
 
 def rigid_member(a: PlatformNode, b: PlatformNode, name: str = "rigid") -> PlatformPart:
-    """Rigid member between two nodes of a platform.
-
-    Parameters
-    ----------
-    a, b : PlatformNode
-    name : str
-    """
+    """Rigid member between two nodes of a platform."""
     return PlatformPart(name, a.name, b.name, b.at, np.eye(3), Elasticity(np.zeros((6, 6))))
 
 

@@ -300,14 +300,7 @@ def beam_link(
 
 
 def beam_mass(length: Any, material: Material, section: CrossSection) -> Any:
-    """Mass of a uniform beam [kg], a number or a formula; None without a density.
-
-    Examples
-    --------
-    >>> from robostiff.elasticity import circle, material
-    >>> round(beam_mass(1.0, material("steel"), circle(0.02)), 3)
-    2.466
-    """
+    """Mass of a uniform beam [kg], a number or a formula; None without a density."""
     if material.density is None:
         return None
     density, A, L = exact_together(material.density, section.A, length)
@@ -315,13 +308,7 @@ def beam_mass(length: Any, material: Material, section: CrossSection) -> Any:
 
 
 def section_is_isotropic(section: CrossSection) -> bool:
-    """Whether the section has equal second moments, so that its y axis does not matter.
-
-    Examples
-    --------
-    >>> section_is_isotropic(CrossSection(A=1e-4, Iy=1e-9, Iz=1e-9, J=2e-9))
-    True
-    """
+    """Whether the section has equal second moments, so that its y axis does not matter."""
     if is_formula(section.Iy) or is_formula(section.Iz):
         inertias = np.array([section.Iy - section.Iz], dtype=object)
         return vanishes(inertias) and section.shear_factor_y == section.shear_factor_z

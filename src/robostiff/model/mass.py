@@ -188,11 +188,6 @@ def masses_of(value: Any) -> tuple[Mass, ...]:
     ------
     InputError
         When one is given in the world, which it leaves as the robot moves.
-
-    Examples
-    --------
-    >>> [own.value for own in masses_of([2, Mass(0.5)])]
-    [2.0, 0.5]
     """
     several = value if isinstance(value, list | tuple) else () if value is None else (value,)
     masses = tuple(Mass.of(x) for x in several)

@@ -144,10 +144,6 @@ def serial_arm(
     coordinates : sequence of Coordinate
         Those in which a pose of the tool may be given; none for an arm that is posed by its joints.
 
-    Returns
-    -------
-    Robot
-
     Raises
     ------
     InputError

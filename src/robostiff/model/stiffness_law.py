@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cached_property, reduce
 from itertools import pairwise
 from typing import Any
 
@@ -129,10 +129,7 @@ class ForceFromStiffness:
 
 
 def _value(coefficients: Sequence[Any], x: Any) -> Any:
-    total = coefficients[0]
-    for c in coefficients[1:]:
-        total = total * x + c
-    return total
+    return reduce(lambda total, c: total * x + c, coefficients)
 
 
 def _refuse(x: float, k: float) -> None:

@@ -60,15 +60,13 @@ def energy_stiffness(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE)
     equations = equations_of(network, tolerance)
     n = equations.size
     bodies = {name: slice(n * i, n * (i + 1)) for i, name in enumerate(network.free_nodes)}
-    coordinates = [
-        _coordinates(element, equations) for element in (*network.springs, *network.joints)
-    ]
+    elements = (*network.springs, *network.joints)
+    coordinates = [_coordinates(element, equations) for element in elements]
     size = n * len(bodies) + sum(len(k) for _, k in coordinates)
     G, E = np.zeros((n * len(coordinates), size)), [_beam_energy(equations, bodies, size)]
-    column = n * len(bodies)
-    for i, (element, (T, k)) in enumerate(
-        zip((*network.springs, *network.joints), coordinates, strict=True)
-    ):
+    column, first = n * len(bodies), dict[int, int]()
+    for i, (element, (T, k)) in enumerate(zip(elements, coordinates, strict=True)):
+        first[id(element)] = column
         rows, own = slice(n * i, n * (i + 1)), slice(column, column := column + len(k))
         for name, sign in ((element.a, -1.0), (element.b, 1.0)):
             if name in bodies:
@@ -77,15 +75,13 @@ def energy_stiffness(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE)
         stored = np.zeros((len(k), size))
         stored[:, own] = np.diag(np.sqrt(k))
         E.append(stored[k > 0])
-    places = {id(joint): k for k, joint in enumerate((*network.springs, *network.joints))}
-    starts = n * len(bodies) + np.cumsum([0, *(len(k) for _, k in coordinates)])
     for own in network.couplings:
         row = np.zeros(size)
         for joint, number, factor in own.terms:
             place = joint.place(number)
             if place is None:
                 continue
-            k = starts[places[id(joint)]] + place
+            k = first[id(joint)] + place
             twist = joint.freedoms[number].twist(_point(joint, equations))
             rows = list(network.space.rows)
             row[k] = factor / np.linalg.norm(twist[rows] * equations.scale)

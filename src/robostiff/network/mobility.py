@@ -28,17 +28,8 @@ def null_spaces(G: np.ndarray, tolerance: Tolerance) -> tuple[np.ndarray, np.nda
     Orthonormal motions (columns, k) that no wrench resists, wrenches (rows, l) in equilibrium with
     themselves, and whether a singular value is neither clearly zero nor clearly not. Those below
     `Tolerance.independence` are zero.
-
-    Examples
-    --------
-    >>> motions, wrenches, _ = null_spaces(np.array([[1.0, -1.0]]), Tolerance())
-    >>> motions.shape, wrenches.shape
-    ((2, 1), (1, 0))
     """
-    rows, columns = G.shape
-    if rows == 0 or columns == 0:
-        return np.eye(columns), np.eye(rows), False
-    U, values, Vt = np.linalg.svd(G)
+    U, values, Vt = np.linalg.svd(G)  # identities where there are no rows, or no columns
     rank = int(np.count_nonzero(values > tolerance.independence))
     doubtful = bool(np.any(tolerance.leaves_in_doubt(values)))
     return Vt[rank:].T, U[:, rank:], doubtful
@@ -89,13 +80,7 @@ def sparse_null_space(G: csc_array, tolerance: Tolerance) -> tuple[np.ndarray, b
 
 
 def pinning_coordinates(basis: np.ndarray) -> np.ndarray:
-    """Coordinates (k,) that are zero only for zero in a space (size, k): pivoted QR.
-
-    Examples
-    --------
-    >>> pinning_coordinates(np.array([[0.1], [0.9], [0.2]]))
-    array([1])
-    """
+    """Coordinates (k,) that are zero only for zero in a space (size, k): pivoted QR."""
     from scipy.linalg import qr
 
     k = basis.shape[1]
@@ -114,15 +99,7 @@ _DENSE = 600
 def matrix_of_blocks(
     blocks: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]], shape: tuple[int, int]
 ) -> csc_array:
-    """Sparse matrix of blocks (..., r, c) at rows (..., r) and columns (..., c); these add up.
-
-    Examples
-    --------
-    >>> block = np.ones((1, 2)), np.array([1]), np.array([0, 2])
-    >>> matrix_of_blocks([block], (2, 3)).toarray()
-    array([[0., 0., 0.],
-           [1., 0., 1.]])
-    """
+    """Sparse matrix of blocks (..., r, c) at rows (..., r) and columns (..., c); these add up."""
     from scipy.sparse import coo_array
 
     places = [shape[1] * rows[..., None] + columns[..., None, :] for _, rows, columns in blocks]

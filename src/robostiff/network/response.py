@@ -115,10 +115,6 @@ def network_response(
         Displacement [m] and rotation [rad] of fixed nodes about their points, world axes.
     tolerance : Tolerance
 
-    Returns
-    -------
-    NetworkResponse
-
     Raises
     ------
     InputError
@@ -147,7 +143,6 @@ def network_response(
     loads = {} if loads is None else loads
     at_nodes, on_beams = _sorted_loads(network, loads)
     space = network.space
-    units = ("m",) * space.translations + ("rad",) * (space.size - space.translations)
     expected = f"{space.size} numbers {' '.join(space.twist_order)} [m, rad]"
     moved: dict[str, np.ndarray] = {}
     for name, value in (settlements or {}).items():
@@ -159,7 +154,7 @@ def network_response(
                 hint="a node that is not fixed moves under the loads",
             )
         subject = f"displacement of node {name!r}"
-        moved[name] = as_floats(subject, value, expected, units, (space.size,))
+        moved[name] = as_floats(subject, value, expected, space.twist_units, (space.size,))
     points = {node.name: node.point for node in network.nodes}
     system = saddle_point_system(equations, platform_fixed=False)
     rows, d = list(space.rows), space.translations

@@ -62,14 +62,7 @@ def poses_side_by_side(a: np.ndarray, matrix_axes: int) -> np.ndarray:
 
 
 def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """Matrix product A B over leading axes (..., n, m), poses side by side.
-
-    Examples
-    --------
-    >>> product(np.eye(2), np.array([[1.0, 2.0], [3.0, 4.0]]))
-    array([[1., 2.],
-           [3., 4.]])
-    """
+    """Matrix product A B over leading axes (..., n, m), poses side by side."""
     batch = A.shape[:-2]
     if batch != B.shape[:-2]:
         batch = np.broadcast_shapes(batch, B.shape[:-2])
@@ -85,14 +78,7 @@ def transposed(A: np.ndarray) -> np.ndarray:
 
 
 def block_diagonal(blocks: Sequence[np.ndarray]) -> np.ndarray:
-    """Blocks (..., n, m) on the diagonal of one array, zeros elsewhere.
-
-    Examples
-    --------
-    >>> block_diagonal([np.eye(1), np.full((1, 2), 2.0)])
-    array([[1., 0., 0.],
-           [0., 2., 2.]])
-    """
+    """Blocks (..., n, m) on the diagonal of one array, zeros elsewhere."""
     batch = np.broadcast_shapes(*(block.shape[:-2] for block in blocks))
     rows, columns = (sum(block.shape[axis] for block in blocks) for axis in (-2, -1))
     out = np.zeros((*batch, rows, columns), np.result_type(float, *blocks))
@@ -105,13 +91,7 @@ def block_diagonal(blocks: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def vector_of_entries(entries: Sequence[Any]) -> np.ndarray:
-    """Array (..., n) of n entries (...), poses side by side.
-
-    Examples
-    --------
-    >>> vector_of_entries([np.array(1.0), np.array(2.0)])
-    array([1., 2.])
-    """
+    """Array (..., n) of n entries (...), poses side by side."""
     arrays = [np.asarray(entry) for entry in entries]
     batch = np.broadcast_shapes(*(array.shape for array in arrays))
     out = empty_batch(batch, (len(entries),), np.result_type(*arrays))
@@ -123,14 +103,7 @@ def vector_of_entries(entries: Sequence[Any]) -> np.ndarray:
 def matrix_of_columns(
     columns: Sequence[np.ndarray], batch: tuple[int, ...], rows: int
 ) -> np.ndarray:
-    """Array (*batch, rows, n) of n columns (..., rows), poses side by side.
-
-    Examples
-    --------
-    >>> matrix_of_columns([np.array([1.0, 2.0])], (), 2)
-    array([[1.],
-           [2.]])
-    """
+    """Array (*batch, rows, n) of n columns (..., rows), poses side by side."""
     out = empty_batch(batch, (rows, len(columns)), np.result_type(*columns))
     for i, column in enumerate(columns):
         out[..., i] = column

@@ -52,12 +52,7 @@ def holds_quantities(value: Any) -> bool:
 
 
 def refuse_quantities(subject: str, value: Any, expected: str) -> None:
-    """Raise where a number carries a unit that is not known to be wanted.
-
-    Raises
-    ------
-    InputError
-    """
+    """Raise an InputError where a number carries a unit that is not known to be wanted."""
     if holds_quantities(value):
         raise InputError(
             subject,

@@ -28,13 +28,6 @@ def matrix_of_rotation(r: np.ndarray) -> np.ndarray:
     """Rotation matrices (..., 3, 3) of rotation vectors r (..., 3) [rad].
 
     Through the quaternion (cos(a/2), sin(a/2) r/a), a = |r|.
-
-    Examples
-    --------
-    >>> matrix_of_rotation(np.array([0, 0, np.pi / 2])).round(12) + 0.0
-    array([[ 0., -1.,  0.],
-           [ 1.,  0.,  0.],
-           [ 0.,  0.,  1.]])
     """
     x, y, z = r.ravel().tolist() if r.size == 3 else (r[..., i] for i in range(3))
     a = np.sqrt(x * x + y * y + z * z + _TINY)
@@ -95,13 +88,7 @@ def vector_of_quaternion(q: np.ndarray) -> np.ndarray:
 
 
 def nearest_rotation(R: np.ndarray) -> np.ndarray:
-    """The rotations next to matrices (..., 3, 3), which are returned where they are some to 1e-12.
-
-    Examples
-    --------
-    >>> nearest_rotation(np.diag([1.0, 1, 1 + 1e-7])).tolist()
-    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-    """
+    """The rotations next to matrices (..., 3, 3); these themselves where they are some to 1e-12."""
     off = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(axis=(-2, -1)) > _ORTHOGONAL
     if not np.any(off):
         return R
@@ -110,13 +97,7 @@ def nearest_rotation(R: np.ndarray) -> np.ndarray:
 
 
 def is_rigid_transform(value: Any) -> TypeIs[RigidTransform]:
-    """Whether a value is a rigid transform of SciPy, which none is before SciPy is imported.
-
-    Examples
-    --------
-    >>> is_rigid_transform(np.eye(4))
-    False
-    """
+    """Whether a value is a rigid transform of SciPy, which none is before SciPy is imported."""
     module = sys.modules.get("scipy.spatial.transform")
     return isinstance(value, getattr(module, "RigidTransform", ()))  # SciPy 1.15 has none
 

@@ -32,11 +32,6 @@ def read_coordinate(
     """Values of a coordinate in SI units, and their unit if they came with one.
 
     Of a joint lengths and angles are taken, and the robot decides.
-
-    Examples
-    --------
-    >>> read_coordinate("values of x", [0.1, 0.2], "lengths", "x")
-    (array([0.1, 0.2]), None)
     """
     if name in POSE_UNITS or not holds_quantities(values):
         return as_floats(subject, values, expected, POSE_UNITS.get(name)), None
@@ -178,17 +173,11 @@ def coordinate_units(robot: Mapped) -> dict[str, str]:
 
 def joint_columns(leg: Leg) -> PoseColumns:
     """Joint coordinates of a leg, from base to platform."""
-    chain = leg.chain
-    units = joint_units(chain)
-    return PoseColumns(chain.coordinate_names, units, tuple(map(float, chain.home)), of_joints=True)
+    names, home = leg.chain.coordinate_names, tuple(map(float, leg.chain.home))
+    return PoseColumns(names, joint_units(leg.chain), home, of_joints=True)
 
 
 def _of_platform(robot: Robot | CableRobot, names: tuple[str, ...]) -> PoseColumns:
-    places = [SIX.index(name) for name in names]
-    home = home_coordinates(cast(Any, robot))
-    return PoseColumns(
-        names,
-        tuple(POSE_UNITS[name] for name in names),
-        tuple(float(home[k]) for k in places),
-        of_joints=False,
-    )
+    home = dict(zip(SIX, home_coordinates(cast(Any, robot)).tolist(), strict=True))
+    units = tuple(POSE_UNITS[name] for name in names)
+    return PoseColumns(names, units, tuple(home[name] for name in names), of_joints=False)

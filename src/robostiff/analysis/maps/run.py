@@ -190,13 +190,7 @@ class Progress:
 
     @property
     def rate(self) -> float:
-        """Poses a second.
-
-        Examples
-        --------
-        >>> Progress(done=300, total=1000, resumed=100, seconds=2.0, guarded=0).rate
-        100.0
-        """
+        """Poses a second."""
         return (self.done - self.resumed) / self.seconds if self.seconds > 0 else 0.0
 
 

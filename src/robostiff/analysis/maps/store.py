@@ -63,9 +63,9 @@ def create_store(path: Path, job: MapJob) -> None:
     try:
         root = zarr.create_group(draft)
         for v in job.variables:
-            entries: dict[str, str] = {}
+            entries, dims = dict[str, str](), v.dims
             if v.is_symmetric:
-                row, column = v.labels
+                (row, column), dims = v.labels, ("entry",)
                 upper = zip(*np.triu_indices(len(row)), strict=True)
                 entries[_ENTRIES] = ", ".join(f"{row[i]} {column[j]}" for i, j in upper)
             root.create_array(
@@ -75,7 +75,7 @@ def create_store(path: Path, job: MapJob) -> None:
                 dtype=v.dtype,
                 fill_value=v.missing,  # 0 would make a place that was not written an answer
                 compressors=(BloscCodec(cname="lz4", clevel=1, shuffle="shuffle"), Crc32cCodec()),
-                dimension_names=(*v.stored_dims, *job.source.dims),
+                dimension_names=(*dims, *job.source.dims),
                 attributes=variable_attributes(job, v) | entries,
             )
         for name, (dims, values, words) in coordinate_arrays(job).items():

@@ -53,11 +53,6 @@ class Variable:
         return (n * (n + 1) // 2,) if self.is_symmetric else self.shape
 
     @property
-    def stored_dims(self) -> tuple[str, ...]:
-        """Dimensions of what a store has of a pose."""
-        return ("entry",) if self.is_symmetric else self.dims
-
-    @property
     def is_float(self) -> bool:
         """Whether the fill value is NaN."""
         return np.dtype(self.dtype).kind == "f"
@@ -96,25 +91,13 @@ STATUS = Variable(
 
 
 def status_flags() -> dict[int, str]:
-    """Every flag of the variable ``status``: of `Status`, and two of the map.
-
-    Examples
-    --------
-    >>> status_flags()[64], status_flags()[256]
-    ('unreachable', 'excluded')
-    """
+    """Every flag of the variable ``status``: of `Status`, and two of the map."""
     flags = {int(member): str(member) for member in Status if member}
     return dict(sorted((flags | {EXCLUDED: "excluded", NOT_COMPUTED: "not-computed"}).items()))
 
 
 def status_words(code: int) -> str:
-    """A status code in words.
-
-    Examples
-    --------
-    >>> status_words(0), status_words(9)
-    ('ok', 'free-motions+beyond-limits')
-    """
+    """A status code in words."""
     return "+".join(name for flag, name in status_flags().items() if code & flag) or "ok"
 
 

@@ -67,10 +67,8 @@ def nearest(loops: Loops, x: np.ndarray) -> np.ndarray:
             J_T, wide = transposed(J), J.shape[-1] > J.shape[-2]
             A = J @ J_T if wide else J_T @ J
             trace = np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
-            # Where nothing moves a gap, any damping keeps it at rest.
-            damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15) * np.where(
-                trace > 0, trace, 1.0
-            )
+            trace = np.where(trace > 0, trace, 1.0)  # else any damping keeps a gap at rest
+            damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15) * trace
             A = A + damping[:, None, None] * np.eye(A.shape[-1])
             step = np.linalg.solve(A, e[..., None] if wide else J_T @ e[..., None])
             step = (J_T @ step if wide else step)[..., 0]

@@ -84,11 +84,6 @@ def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
     """The same entries as objects; those that are 0 or +-1 up to rounding as integers.
 
     Numbers count as zero against a scale.
-
-    Examples
-    --------
-    >>> tidied(np.array([6e-17, 1.0, 0.5]))
-    array([0, 1, 0.5], dtype=object)
     """
     out = np.empty(values.size, dtype=object)
     for place, value in enumerate(values.ravel().tolist()):
@@ -107,13 +102,7 @@ def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
 
 
 def tidied_point(p: np.ndarray) -> np.ndarray:
-    """The same point; components of the size of rounding beside the largest become 0.
-
-    Examples
-    --------
-    >>> tidied_point(np.array([0.3, 2e-17, 0.0]))
-    array([0.3, 0, 0], dtype=object)
-    """
+    """The same point; components of the size of rounding beside the largest become 0."""
     return tidied(p, max(most_size(x) for x in p))
 
 
@@ -221,13 +210,7 @@ def constant_cosine(u: np.ndarray, v: np.ndarray) -> Any:
 
 
 def direction_across(axis: np.ndarray) -> np.ndarray:
-    """Some unit vector across an axis.
-
-    Examples
-    --------
-    >>> direction_across(np.array([0, 0, 1]))
-    array([1, 0, 0], dtype=object)
-    """
+    """Some unit vector across an axis."""
     start = np.eye(3, dtype=int)[int(np.argmin([most_size(x) for x in axis]))]
     v = start - axis * (start @ axis)
     return tidied(v / square_root(v @ v))

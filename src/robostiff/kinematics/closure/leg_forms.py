@@ -157,9 +157,8 @@ def copied_places(chain: Chain) -> np.ndarray | None:
     main = 0
     for element in chain.elements:
         if isinstance(element, Joint | Telescope):
-            size = element.size if isinstance(element, Joint) else 1
-            places += range(main, main + size)
-            main += size
+            places += range(main, main + element.size)
+            main += element.size
         elif isinstance(element, ParallelBlock):
             first = element.branches[0]
             for branch in element.branches:
@@ -207,13 +206,7 @@ class RootSigns:
 
 
 def all_modes(signs: tuple[bool, bool, bool]) -> tuple[RootSigns, ...]:
-    """The modes of a closed form that has some of the three signs.
-
-    Examples
-    --------
-    >>> len(all_modes((True, False, True)))
-    4
-    """
+    """The modes of a closed form that has some of the three signs."""
     return tuple(
         RootSigns(*own) for own in combinations(*((1, -1) if two else (1,) for two in signs))
     )
