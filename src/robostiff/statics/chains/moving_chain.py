@@ -66,13 +66,7 @@ class FiniteTurn:
 
     @staticmethod
     def of(r: np.ndarray) -> FiniteTurn:
-        """Turn by rotation vectors (..., 3) [rad], of numbers or of entries.
-
-        Examples
-        --------
-        >>> FiniteTurn.of(np.array([[0.0, 0, np.pi / 2]])).R.round(12)[0, 1, 0]
-        np.float64(1.0)
-        """
+        """Turn by rotation vectors (..., 3) [rad], of numbers or of entries."""
         S, u = skews(r), (r * r).sum(axis=-1, keepdims=True)
         is_near = np.ones(u.shape, dtype=bool) if u.dtype == object else u < FURTHEST_TURN**2
         are_near = bool(np.all(is_near))
