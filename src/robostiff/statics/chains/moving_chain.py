@@ -85,10 +85,8 @@ class FiniteTurn:
             )
             factors = np.where(is_near, factors, np.concatenate(far, axis=-1))
         SS = S @ S
-        b, c, first = (
-            factor[..., None]
-            for factor in (factors[..., :1], factors[..., 1:2], 1 - u * factors[..., 1:2])
-        )
+        b, c = factors[..., :1, None], factors[..., 1:2, None]
+        first = 1 - u[..., None] * c
         unit = np.eye(3, dtype=int)
         return FiniteTurn(r, u, S * first + SS * b + unit, S * b + SS * c + unit, factors)
 
