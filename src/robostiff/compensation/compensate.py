@@ -189,7 +189,7 @@ def compensate(
     >>> bool(np.abs(found.deviation).max() > 1e-6), bool(np.abs(found.residual).max() < 1e-12)
     (True, True)
     """
-    from robostiff.statics.kernels.compile import compile_loaded, kept_loading
+    from robostiff.statics.kernels.compile import kept_loading
 
     if not isinstance(robot, Robot):
         subject, hint = "robot to compensate", 'write compensate(load("hexapod"), path, wrenches)'
@@ -212,11 +212,7 @@ def compensate(
         raise InputError("wrenches", got=f"shape {F.shape}", expected=expected)
     F = _in_world(np.broadcast_to(F, (len(pose), size)), pose, axes, robot)
     backend = Backend.BEST if len(pose) >= _MANY else Backend.ARRAYS
-    if loads is None and preload is None:
-        loaded = kept_loading(robot, gravity, beams=beams, backend=backend)
-    else:
-        given = {"loads": loads, "gravity": gravity, "preload": preload, "beams": beams}
-        loaded = compile_loaded(robot, **given, backend=backend)
+    loaded = kept_loading(robot, gravity, loads, preload, beams=beams, backend=backend)
     return _Commands(robot, loaded, pose, wanted, F).corrected(method)
 
 

@@ -222,10 +222,6 @@ class ArrayCode(_Code):
     """Runs a program on rows of poses by NumPy, without allocating memory as it goes.
 
     At a single pose it works on floats.
-
-    Attributes
-    ----------
-    program : Program
     """
 
     def evaluate(self, inputs: np.ndarray, outputs: Rows, threads: int = 1) -> None:
@@ -296,10 +292,6 @@ class MachineCode(_Code):
     """Runs a program on rows of poses as machine code, several poses an operation.
 
     It is compiled at the first use, for the processor at hand.
-
-    Attributes
-    ----------
-    program : Program
     """
 
     def evaluate(self, inputs: np.ndarray, outputs: Rows, threads: int = 1) -> None:

@@ -18,7 +18,7 @@ from robostiff.compiled.codes import (
     machine_code_is_available,
     room_for,
 )
-from robostiff.compiled.outputs import Output, Rates
+from robostiff.compiled.outputs import Output, Rates, gaps_of
 from robostiff.errors import InputError
 from robostiff.frozen import field, frozen, replace
 from robostiff.record import Program
@@ -193,7 +193,7 @@ def kernel_of(
     if has_flags:
         from robostiff.recorded import flags_of
 
-        gaps = [gap for x in outputs if isinstance(x, Rates) for gap in x.gaps(recorded)]
+        gaps = [gap for x in outputs if isinstance(x, Rates) for gap in gaps_of(x, recorded)]
         entries.append(flags_of(recorded, gaps))
         names = ("flags",)
     program = Program.of(recorded.record, entries)

@@ -54,17 +54,10 @@ _DEEPEST = 10  # expressions inside one another
 
 @dataclass
 class OnePose:
-    """Runs a program at one pose at a time.
-
-    Attributes
-    ----------
-    program : Program
-    calls : int
-        So far.
-    """
+    """Runs a program at one pose at a time."""
 
     program: Program
-    calls: int = 0
+    calls: int = 0  # so far
 
     def results(self, inputs: list[float]) -> list[float] | None:
         """Results; None where some number has no value, as out of reach."""

@@ -255,10 +255,6 @@ class EntryOf:
         places = list(np.ndindex(self.of.shape(robot.space)))
         return [self.of.recorded(robot)[places.index(self.place)]]
 
-    def gaps(self, robot: RecordedRobot) -> list[Any]:
-        """Relative distances between eigenvalues."""
-        return gaps_of(self.of, robot)
-
 
 @frozen
 class TotalMass(_OfTwists):
@@ -282,8 +278,10 @@ class TotalMass(_OfTwists):
         return [robot.mass]
 
 
-def gaps_of(output: Output, robot: RecordedRobot) -> list[Any]:
-    """Relative distances between eigenvalues of which an output is made."""
+def gaps_of(output: Output | Rates, robot: RecordedRobot) -> list[Any]:
+    """Relative distances between eigenvalues of which an output is made, or what it is of."""
+    while isinstance(output, EntryOf | Rates):
+        output = output.of
     gaps = getattr(output, "gaps", None)
     return [] if gaps is None else gaps(robot)
 
@@ -319,12 +317,9 @@ class Rates:
         """Names of the inputs."""
         return (self.by,) if isinstance(self.by, str) else self.by
 
-    def gaps(self, robot: RecordedRobot) -> list[Any]:
-        """Relative distances between eigenvalues, which have no rates where they meet."""
-        return gaps_of(self.of, robot)
-
     def _check_gaps(self, robot: RecordedRobot) -> None:
-        for gap in self.gaps(robot):
+        """Raise where eigenvalues meet, which have no rates there."""
+        for gap in gaps_of(self, robot):
             size = gap.sample if isinstance(gap, Entry) else float(gap)
             if np.all(np.abs(size) < _MEET):
                 name = f"d{self.of.name}/d{', '.join(self.inputs)}"

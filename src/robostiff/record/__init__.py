@@ -10,6 +10,7 @@ from robostiff.record.functions import ENTRY_FUNCTIONS as ENTRY_FUNCTIONS
 from robostiff.record.functions import angle_of as angle_of
 from robostiff.record.functions import arc_cosine as arc_cosine
 from robostiff.record.functions import arc_tangent as arc_tangent
+from robostiff.record.functions import as_part as as_part
 from robostiff.record.functions import cosine as cosine
 from robostiff.record.functions import derivatives_along as derivatives_along
 from robostiff.record.functions import gradient as gradient

@@ -21,16 +21,15 @@ def entry_by_entry(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """The same function, over arrays of objects as well, and those of floats where NumPy has it."""
     of_floats = {"square_root": np.sqrt, "sine": np.sin, "cosine": np.cos}.get(function.__name__)
 
+    of_entries = np.frompyfunc(function, 1, 1)
+
     @wraps(function)
     def over_arrays(x: Any) -> Any:
         if not isinstance(x, np.ndarray):
             return function(x)
         if of_floats is not None and x.dtype != object:
             return of_floats(x)
-        out = np.empty(x.size, dtype=object)
-        for place, value in enumerate(x.ravel().tolist()):
-            out[place] = function(value)
-        return out.reshape(x.shape)
+        return np.asarray(of_entries(x), dtype=object)
 
     return over_arrays
 

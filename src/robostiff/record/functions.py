@@ -160,6 +160,11 @@ def least_size(value: Any) -> float:
     return float(np.min(np.abs(value.sample))) if isinstance(value, Entry) else abs(float(value))
 
 
+def as_part(value: Any) -> Any:
+    """An entry against its mean size over the samples; a number as it is."""
+    return value * (1 / usual_size(value)) if isinstance(value, Entry) else value
+
+
 def derivatives_along(
     record: Record, outputs: Sequence[Any], direction: Mapping[str, Any]
 ) -> list[Any]:

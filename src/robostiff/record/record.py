@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Set
 from contextlib import contextmanager
 from enum import Enum
 from typing import TYPE_CHECKING, Any
@@ -153,16 +153,7 @@ class Record:
 
     @contextmanager
     def tentative(self) -> Iterator[None]:
-        """Forget the steps, inputs and names that are added within; their entries are void then.
-
-        Examples
-        --------
-        >>> record = Record({"x": [1.0, 2.0]})
-        >>> with record.tentative():
-        ...     _ = record.input("x") + 1
-        >>> record.size
-        1
-        """
+        """Forget the steps, inputs and names that are added within; their entries are void then."""
         size, inputs, names = self.size, self.inputs, dict(self.names)
         try:
             yield
@@ -247,13 +238,13 @@ class Record:
         """The operation of a step, and the steps on which it works; of an input its name."""
         return self.operations[step], self.a[step], self.b[step]
 
-    def needed(self, outputs: Iterable[int]) -> list[int]:
-        """The steps on which some others depend, in order, themselves included."""
-        wanted = set(outputs)
+    def needed(self, outputs: Iterable[int], known: Set[int] = frozenset()) -> list[int]:
+        """The steps on which others depend, in order, themselves included, less known ones."""
+        wanted = set(outputs) - known
         waiting = list(wanted)
         while waiting:
             for step in self.arguments(waiting.pop()):
-                if step not in wanted:
+                if step not in wanted and step not in known:
                     wanted.add(step)
                     waiting.append(step)
         return sorted(wanted)

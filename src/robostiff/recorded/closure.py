@@ -174,10 +174,7 @@ class RecordedClosure(RecordedSteps):
 
         Those of what follows become inputs of the record, which the closure provides.
 
-        Raises
-        ------
-        InputError
-            When the closure has no such input.
+        Raises InputError when the closure has no such input.
         """
         if by not in self.inputs:
             raise InputError("derivative", got=by, expected=", ".join(self.inputs))

@@ -129,23 +129,18 @@ def working_frames(leg: PlacedLeg, world: WorkingFrame) -> Iterator[WorkingFrame
 def energy_of(leg: LocalLeg, wrenches: Sequence[Column], rows: Sequence[int]) -> list[list[Any]]:
     """W^T C W of a leg's wrenches (in some rows of six), spring by spring, blocks left out."""
     whole = [_whole(w, rows) for w in wrenches]
-    n = len(whole)
-    energy: list[list[Any]] = [[0] * n for _ in range(n)]
+    energy: list[list[Any]] = [[0] * len(whole) for _ in whole]
+    pairs = [*combinations_with_replacement(range(len(whole)), 2)]
     for spring in leg.springs:
         seen = [spring.wrench(w) for w in whole]
         given = [[dot(w, column) for column in spring.compliance.T] for w in seen]
-        for i in range(n):
-            for j in range(i, n):
-                energy[i][j] = energy[i][j] + dot(given[i], seen[j])
+        for i, j in pairs:
+            energy[i][j] = energy[j][i] = energy[i][j] + dot(given[i], seen[j])
     for twist, stiffness in leg.drives:
         work = [dot(w, twist) for w in whole]
-        for i in range(n):
-            for j in range(i, n):
-                if not (is_zero(work[i]) or is_zero(work[j])):
-                    energy[i][j] = energy[i][j] + work[i] * work[j] / stiffness
-    for i in range(n):
-        for j in range(i):
-            energy[i][j] = energy[j][i]
+        for i, j in pairs:
+            if not (is_zero(work[i]) or is_zero(work[j])):
+                energy[i][j] = energy[j][i] = energy[i][j] + work[i] * work[j] / stiffness
     return energy
 
 

@@ -104,14 +104,7 @@ class _Tests:
 
     def _more(self, entry: Entry) -> int:
         """How many steps more an entry takes."""
-        waiting: list[int] = [entry.step]
-        found: set[int] = set()
-        while waiting:
-            step = waiting.pop()
-            if step not in self._known and step not in found:
-                found.add(step)
-                waiting += self._record.arguments(step)
-        return len(found)
+        return len(self._record.needed([entry.step], self._known))
 
     def add_above(self, entry: Entry, number: float) -> None:
         """An entry must be above a number; of equal entries and their roots, the highest counts."""

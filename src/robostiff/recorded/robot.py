@@ -14,7 +14,7 @@ from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.body import tidied
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, place_leg_at_joints
 from robostiff.model import ALL_COORDINATES, ParallelBlock, Robot, Telescope
-from robostiff.record import Entry, Operation, Record, usual_size
+from robostiff.record import Entry, Operation, Record, as_part
 from robostiff.recorded.circulation import legs_on_platform
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
@@ -218,7 +218,7 @@ def assembled(
     gaps = [_CLOSED - gap for p in placed for gap in p.gap]
     softest = [e.stiffness for p in placed for e in p.leg.freedoms if e.coordinate is not None]
     positive = (*softest, *(x for p in placed for x in p.lengths))
-    lengths = [_as_part(x) for x in positive if isinstance(x, Entry)]
+    lengths = [as_part(x) for x in positive if isinstance(x, Entry)]
     limits: list[Any] = []  # distances from them, as parts of their range
     for leg, formula in zip(robot.legs, placed, strict=True):
         for i, (low, high) in enumerate(leg.chain.limits.T.tolist()):
@@ -232,7 +232,7 @@ def assembled(
     for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
         operation, a, b = record.operation(step)
         if operation is Operation.SQUARE_ROOT and lower_bound(record, a) < 0:
-            radicands[a] = _as_part(Entry(record, a))
+            radicands[a] = as_part(Entry(record, a))
         elif operation is Operation.GREATER:
             apart = record.at(a) - record.at(b)
             by = apart.reciprocal()
@@ -269,11 +269,6 @@ def _mass(robot: Robot, placed: Sequence[PlacedFormula]) -> Any:
                 values.append(beam.mass_at(np.asarray(length, dtype=object)))
     known = (np.asarray(value, dtype=object).item() for value in values if value is not None)
     return sum(known, 0)
-
-
-def _as_part(value: Entry) -> Any:
-    """A positive entry against its mean over the samples."""
-    return value * (1 / usual_size(value))
 
 
 def place_robot(

@@ -70,8 +70,7 @@ def cable_response(
     (('cable1', 'cable2'), 0.27)
     """
     before = cable_stiffness(robot, pose, tensions=tensions, tolerance=tolerance)
-    hint = "loop over the poses"
-    require_one_pose("a loaded cable robot", before.batch_shape, hint)
+    require_one_pose("a loaded cable robot", before.batch_shape, "loop over the poses")
     F = given_wrenches(wrench, robot.space, hint="write wrench=[...]")
     barred = Status.FREE_MOTIONS | Status.UNSTABLE
     if not before.answered:

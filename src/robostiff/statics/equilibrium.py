@@ -162,20 +162,16 @@ class _KeptKernel:
         if self.is_tried and (self.compiled is None or self.is_machine_code or not is_many):
             return self.compiled
         from robostiff.compiled import Backend
-        from robostiff.statics.kernels.compile import compile_loaded, is_on_disk, kept_loading
+        from robostiff.statics.kernels.compile import is_on_disk, kept_loading
 
         self.calls, self.equilibria = self.calls + 1, self.equilibria + count
         is_worth_looking = count >= WORTH_READING or self.calls == _CALLS
         pays = self.equilibria >= WORTH_COMPILING
         if pays or (is_worth_looking and is_on_disk(self.robot, self.standing)):
             self.is_tried, self.is_machine_code = True, is_many
-            backend, given = Backend.BEST if is_many else Backend.ARRAYS, self.standing
+            backend = Backend.BEST if is_many else Backend.ARRAYS
             with suppress(InputError, NoAnswerError):
-                if given.loads or given.preload:
-                    self.compiled = compile_loaded(self.robot, **given.given, backend=backend)
-                else:
-                    settings: Any = {"beams": given.beams, "backend": backend}
-                    self.compiled = kept_loading(self.robot, given.gravity, **settings)
+                self.compiled = kept_loading(self.robot, **self.standing.given, backend=backend)
         return self.compiled
 
 

@@ -251,7 +251,7 @@ def load_path(
         import xarray
     space, along = loaded.space, _path(loaded, F, float(s.max()))
     energy = np.array([answer.energy if answer.has_answer else np.nan for answer in found])
-    steps = [step.found.displacement for step in along]
+    moved = np.reshape([step.found.displacement for step in along], (len(along), space.size))
     critical = [point for step in along for point in step.critical]
     beyond = np.logical_or.accumulate([bool(step.critical) for step in along])
     stable = np.array([step.is_stable for step in along], dtype=bool)
@@ -268,11 +268,7 @@ def load_path(
         "stable": (("factor",), found.stable),
         "status_code": (("factor",), found.status_codes),
         "path_factor": (("step",), np.array([step.found.factor for step in along])),
-        "path_displacement": (
-            ("step", "twist"),
-            np.array(steps).reshape(len(steps), space.size),
-            whole,
-        ),
+        "path_displacement": (("step", "twist"), moved, whole),
         "path_stable": (("step",), stable),
         "path_status_code": (("step",), codes.astype(np.uint16)),
         "critical_factor": (("critical",), np.array([point.factor for point in critical])),

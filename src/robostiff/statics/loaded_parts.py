@@ -314,12 +314,12 @@ class BodyPlaces:
     platform: BodyPlace
     nodes: Mapping[str, BodyPlace] = field(default_factory=dict)
 
-    def since(self, other: BodyPlaces, times: float = 1.0) -> BodyPlaces:
-        """How far all bodies have moved since another state, so many times, beside no motion."""
+    def since(self, other: BodyPlaces) -> BodyPlaces:
+        """How far all bodies have moved since another state, beside no motion."""
         return BodyPlaces(
-            {name: _since(place, other.behind[name], times) for name, place in self.behind.items()},
-            _since(self.platform, other.platform, times),
-            {name: _since(place, other.nodes[name], times) for name, place in self.nodes.items()},
+            {name: _since(place, other.behind[name]) for name, place in self.behind.items()},
+            _since(self.platform, other.platform),
+            {name: _since(place, other.nodes[name]) for name, place in self.nodes.items()},
         )
 
 
@@ -342,5 +342,5 @@ def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
     return BodyPlaces(found, platform, nodes)
 
 
-def _since(place: BodyPlace, other: BodyPlace, times: float) -> BodyPlace:
-    return BodyPlace(np.eye(3) + times * (place.R - other.R), times * (place.t - other.t))
+def _since(place: BodyPlace, other: BodyPlace) -> BodyPlace:
+    return BodyPlace(np.eye(3) + (place.R - other.R), place.t - other.t)

@@ -151,14 +151,9 @@ def _of_network(
             known = ", ".join(list(network.free_nodes)[:5])
             raise InputError("loads", got=name, expected=f"a node that moves, or platform: {known}")
         node = name if name in network.free_nodes else network.platform
-        forces += [
-            NodeForce(
-                node,
-                load_vector("force", name, one.force),
-                points[name] if one.point is None else load_vector("point", name, one.point),
-            )
-            for one in several
-        ]
+        for one in several:
+            point = points[name] if one.point is None else one.point
+            forces.append(NodeForce(node, load_vector("force", name, one.force), point))
     elements = loaded_elements(rest.stiffness, rest.wrench, tuple(forces))
     return Deflection(rest.wrench, rest.stiffness, elements)
 

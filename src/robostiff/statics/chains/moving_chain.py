@@ -66,13 +66,7 @@ class FiniteTurn:
 
     @staticmethod
     def of(r: np.ndarray) -> FiniteTurn:
-        """Turn by rotation vectors (..., 3) [rad], of numbers or of entries.
-
-        Examples
-        --------
-        >>> FiniteTurn.of(np.array([[0.0, 0, np.pi / 2]])).R.round(12)[0, 1, 0]
-        np.float64(1.0)
-        """
+        """Turn by rotation vectors (..., 3) [rad], of numbers or of entries."""
         S, u = skews(r), (r * r).sum(axis=-1, keepdims=True)
         is_near = np.ones(u.shape, dtype=bool) if u.dtype == object else u < FURTHEST_TURN**2
         are_near = bool(np.all(is_near))
@@ -91,10 +85,8 @@ class FiniteTurn:
             )
             factors = np.where(is_near, factors, np.concatenate(far, axis=-1))
         SS = S @ S
-        b, c, first = (
-            factor[..., None]
-            for factor in (factors[..., :1], factors[..., 1:2], 1 - u * factors[..., 1:2])
-        )
+        b, c = factors[..., :1, None], factors[..., 1:2, None]
+        first = 1 - u[..., None] * c
         unit = np.eye(3, dtype=int)
         return FiniteTurn(r, u, S * first + SS * b + unit, S * b + SS * c + unit, factors)
 

@@ -73,11 +73,6 @@ class ChainNumbers:
     the second.
     """
 
-    starts: np.ndarray
-    last: np.ndarray
-    joint_bodies: np.ndarray
-    joint_x: np.ndarray
-
     def __init__(self, kind: LegsKind) -> None:
         chains, C = kind.chains, len(kind.chains)
         lengths = np.array([len(c.elements) for c in chains], dtype=int)
@@ -91,9 +86,8 @@ class ChainNumbers:
             first[: n + 1] + place for n, place in zip(lengths, rank, strict=True)
         ]
         #: The first and the last of these (C,).
-        self.starts, self.last = (
-            np.array([bodies[i] for bodies in self.bodies], dtype=int) for i in (0, -1)
-        )
+        self.starts: np.ndarray = np.array([bodies[0] for bodies in self.bodies], dtype=int)
+        self.last: np.ndarray = np.array([bodies[-1] for bodies in self.bodies], dtype=int)
         self.chains: np.ndarray = np.zeros(self.total, dtype=int)
         for c, bodies in enumerate(self.bodies):
             self.chains[bodies] = c
@@ -109,9 +103,6 @@ class ChainNumbers:
         sizes = [[n, *(e.size for e in c.elements)] for n, c in zip(moved, chains, strict=True)]
         stops = np.cumsum([0, *map(sum, sizes)])
         width = np.diff(stops)
-        self.columns: list[slice] = list(
-            itertools.starmap(slice, itertools.pairwise(stops.tolist()))
-        )
         repeated = [np.repeat(b, n) for b, n in zip(self.bodies, sizes, strict=True)]
         #: Body that each column moves, and its chain (Q,).
         self.body: np.ndarray = np.concatenate([_NONE, *repeated])
@@ -119,7 +110,7 @@ class ChainNumbers:
         #: Columns that are coordinates of elements, in order; and those that are twists of bodies.
         self.coordinates: np.ndarray = np.flatnonzero(self.body >= len(chains))
         self.of_bodies: np.ndarray = np.flatnonzero(self.body < len(chains))
-        upper = [np.array(np.triu_indices(s.stop - s.start)) + s.start for s in self.columns]
+        upper = [np.array(np.triu_indices(n)) + at for n, at in zip(width, stops[:-1], strict=True)]
         self.pairs: np.ndarray = np.concatenate([np.zeros((2, 0), dtype=int), *upper], axis=1)
         a, b = self.pairs
         self.same: np.ndarray = np.flatnonzero(self.body[a] == self.body[b])
@@ -146,7 +137,8 @@ class ChainNumbers:
         numbered = [(b, i, e) for (b, e), i in zip(elements, firsts, strict=False)]
         joints = [(b, i) for b, i, e in numbered if not e.is_spring]
         springs = [(b, i, e) for b, i, e in numbered if e.is_spring]
-        self.joint_bodies, self.joint_x = np.array(joints, dtype=int).reshape(-1, 2).T
+        self.joint_bodies: np.ndarray = np.array([b for b, _ in joints], dtype=int)
+        self.joint_x: np.ndarray = np.array([i for _, i in joints], dtype=int)
         self.spring_bodies: np.ndarray = np.array([b for b, *_ in springs], dtype=int)
         parts = enumerate(e for *_, e in springs)
         #: Coordinates of elastic parts: among all that there might be, and among all of chains.
@@ -176,12 +168,6 @@ class LegNumbers:
 
     starts: np.ndarray
     ends: np.ndarray
-    x: np.ndarray
-    multipliers: np.ndarray
-    bodies: np.ndarray
-    W: np.ndarray
-    rows: np.ndarray
-    local: np.ndarray
 
     def __init__(self, kind: LegsKind) -> None:
         self.of_chains: ChainNumbers = ChainNumbers(kind)
@@ -215,8 +201,10 @@ class LegNumbers:
             found[first[c]].rigid.append(i)
         self.components: list[Component] = list(found.values())
         #: Coordinates (U,); of rigid couplings; twists of bodies (bodies, r); wrenches (C, r).
-        self.x, self.multipliers = (np.zeros(n, dtype=int) for n in (sum(counts), len(kind.rigid)))
-        self.bodies, self.W = (np.zeros((n, r), dtype=int) for n in (kind.bodies, len(chains)))
+        self.x: np.ndarray = np.zeros(sum(counts), dtype=int)
+        self.multipliers: np.ndarray = np.zeros(len(kind.rigid), dtype=int)
+        self.bodies: np.ndarray = np.zeros((kind.bodies, r), dtype=int)
+        self.W: np.ndarray = np.zeros((len(chains), r), dtype=int)
         self._set_blocks(kind)
         # where chains contribute to the tangent, and what the twist of the platform does
         a, b = self.of_chains.pairs
@@ -278,7 +266,8 @@ class LegNumbers:
         self.total: int = total  # T
         self.blocks: tuple[ComponentBlock, ...] = tuple(blocks)
         #: Where the row of its component begins in the flat tangent; its number there (T,).
-        self.rows, self.local = np.concatenate(rows), np.concatenate(local)
+        self.rows: np.ndarray = np.concatenate(rows)
+        self.local: np.ndarray = np.concatenate(local)
         #: Coordinates of beams (B, 6); any where one has fewer.
         self.beams: np.ndarray = np.zeros((len(beams), WIDE), dtype=int)
         for at, place in zip(self.beams, beams, strict=True):

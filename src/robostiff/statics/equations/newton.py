@@ -123,27 +123,13 @@ def _found_at(
 
 @frozen
 class PathStep:
-    """A step on a path of equilibria.
+    """A step on a path of equilibria."""
 
-    Attributes
-    ----------
-    here : FoundEquilibrium
-        Where it begins.
-    direction : (r + 1,) array
-        In scaled twist and load factor.
-    arc : float
-        Its length.
-    unit : float
-        Shift that counts as much as the whole load [m].
-    found : FoundEquilibrium
-        Where it ends.
-    """
-
-    here: FoundEquilibrium
-    direction: np.ndarray
-    arc: float
-    unit: float
-    found: FoundEquilibrium
+    here: FoundEquilibrium  # where it begins
+    direction: np.ndarray  # (r + 1,): in scaled twist and load factor
+    arc: float  # its length
+    unit: float  # shift that counts as much as the whole load [m]
+    found: FoundEquilibrium  # where it ends
 
     def along(self, h: float) -> FoundEquilibrium:
         """The equilibrium a step h along the arc."""

@@ -156,7 +156,7 @@ def compile_loaded(
     points = ((b, as_floats(f"site on {b!r}", at, "three numbers", None, (3,))) for b, at in sites)
     at_sites = tuple((body, tuple(at.tolist())) for body, at in points)
     given = StandingLoads(loads, gravity, preload, beams), platforms or drives, at_sites
-    file = _file(robot, *given, drives)
+    file = RecordFile.of(robot, [*given, drives])
     read = () if file is None else file.read() or ()
     if len(read) == _PARTS:
         found = CompiledLoading(robot, *given, *read)
@@ -169,19 +169,9 @@ def compile_loaded(
     return replace(found, kernel=found.kernel.by(chosen), closure=closure)
 
 
-def _file(
-    robot: Robot,
-    standing: StandingLoads,
-    platforms: bool = False,
-    sites: tuple[Site, ...] = (),
-    drives: bool = False,
-) -> RecordFile | None:
-    return RecordFile.of(robot, [standing, platforms, sites, drives])
-
-
 def is_on_disk(robot: Robot, standing: StandingLoads) -> bool:
     """Whether `compile_loaded` reads the kernel of a robot from disk, without parameters."""
-    file = _file(with_parameters(robot, (), ()), standing)
+    file = RecordFile.of(with_parameters(robot, (), ()), [standing, False, (), False])
     return file is not None and file.path.exists()
 
 
@@ -226,8 +216,16 @@ def _recorded(
     return _confirmed(found, finder, force)
 
 
-def kept_loading(robot: Robot, gravity: Gravity = None, **settings: Any) -> CompiledLoading:
-    """What `compile_loaded` makes of settings that are hashable; it is kept with the robot."""
+def kept_loading(
+    robot: Robot,
+    gravity: Gravity = None,
+    loads: Loads | None = None,
+    preload: Mapping[str, float] | None = None,
+    **settings: Any,
+) -> CompiledLoading:
+    """What `compile_loaded` makes; without loads and preloads it is kept with the robot."""
+    if loads or preload:
+        return compile_loaded(robot, gravity=gravity, loads=loads, preload=preload, **settings)
     return _kept(robot, gravity=comparable_gravity(robot, gravity), **settings)
 
 
@@ -275,10 +273,7 @@ def _small_force(robot: Robot, problems: Sequence[EquilibriumProblem]) -> float:
     An arm of rigid links may be rigid at home, where it is stretched out, and nowhere else: the
     first posture of those given decides at which it is not.
 
-    Raises
-    ------
-    NoAnswerError
-        When the platform is not held in all directions, or is rigid.
+    Raises NoAnswerError when the platform is not held in all directions, or is rigid.
     """
     problem = next((one for one in problems if not one.at_rest.rigid), None)
     if problem is None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from robostiff.record import Entry, is_zero, least_size, usual_size
+from robostiff.record import as_part, is_zero, least_size, usual_size
 
 # Of the largest entry of its column, and of its own mean over the samples: a pivot above is safe.
 _OF_COLUMN, _OF_ITSELF = 0.2, 0.3
@@ -98,7 +98,7 @@ class SymmetricElimination:
             chosen = min(open_, key=lambda name: (len(self.A[name]), elastic.index(name)))
             open_.remove(chosen)
             pivot = self.A[chosen].get(chosen, 0)
-            self.pivots.append(_as_part(pivot))
+            self.pivots.append(as_part(pivot))
             self._eliminate_one(chosen)
         for name in open_free:  # left at zero, where nothing drives it and loads do not push it
             row, right = self.A.pop(name), self.right.pop(name)
@@ -117,7 +117,7 @@ class SymmetricElimination:
             if self._size(chosen, chosen)[0] * self._scale[chosen] ** 2 <= _LOST * softest:
                 raise RigidLegError(chosen)
             rest.remove(chosen)
-            self.pivots.append(_as_part(-self.A[chosen][chosen]))
+            self.pivots.append(as_part(-self.A[chosen][chosen]))
             self._eliminate_one(chosen)
 
     def solution(self, known: dict[int, Any]) -> dict[int, Any]:
@@ -155,7 +155,7 @@ class SymmetricElimination:
         second.pop(q)
         right = {q: self.right.pop(q), j: self.right.pop(j)}
         minus = b * b - a * d
-        self.pivots.append(_as_part(minus))
+        self.pivots.append(as_part(minus))
         if is_zero(a) and is_zero(d):
             of_q, of_both, of_j = 0, 1 / b, 0
         else:
@@ -202,8 +202,3 @@ class SymmetricElimination:
         """Least and mean size over the samples."""
         value = self.A[a].get(b, 0)
         return least_size(value), usual_size(value)
-
-
-def _as_part(value: Any) -> Any:
-    """A pivot against its mean over the samples; a number as it is."""
-    return value * (1 / usual_size(value)) if isinstance(value, Entry) else value

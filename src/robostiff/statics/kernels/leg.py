@@ -12,7 +12,7 @@ from robostiff.frozen import frozen, replace
 from robostiff.kinematics.frames import Placing
 from robostiff.model import PlacedBodySpring, PlacedSpring
 from robostiff.model.body_spring import BodySpring
-from robostiff.record import Entry, is_zero, reciprocal, square_root, usual_size
+from robostiff.record import Entry, as_part, is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Elements, elastic_elements, in_series
 from robostiff.statics.chains.elements import NOBODY, Element, FiniteJoint, FiniteSpring, Share
@@ -26,19 +26,11 @@ _LOST = 1e-20
 
 @frozen
 class RecordedElements(Elements):
-    """Of entries, by those in numbers.
-
-    Attributes
-    ----------
-    space : Space
-    length : float
-        Of the robot [m].
-    like : mapping of (str, str) to list of FiniteSpring
-        The elements of an elastic part in numbers, by its leg and its name: whether it bows.
-    """
+    """Of entries, by those in numbers."""
 
     kind: ClassVar[type] = object
-    length: float
+    length: float  # of the robot [m]
+    # The elements of an elastic part in numbers, by its leg and its name: whether it bows
     like: Mapping[tuple[str, str], list[FiniteSpring]]
 
     @staticmethod
@@ -198,13 +190,12 @@ class RecordedLegs:
     @cached_property
     def drives(self) -> dict[str, tuple[int, Any]]:
         """Elastic joints, by ``leg/joint``: numbers of their coordinates, and stiffnesses."""
-        found = {}
-        for c, chain in enumerate(self.legs.chains):
-            unknowns = iter(self.legs.numbers.x[self.legs.numbers.coordinates[c]].tolist())
-            for e in chain.elements:
-                first, *_ = [next(unknowns) for _ in range(e.size)]
-                if isinstance(e, FiniteJoint) and not is_zero(e.stiffness):
-                    found[f"{chain.owner.name}/{e.name}"] = first, e.stiffness
+        found, at = {}, self.legs.numbers
+        for (c, k), place in at.places.items():
+            chain = self.legs.chains[c]
+            e = chain.elements[k]
+            if isinstance(e, FiniteJoint) and not is_zero(e.stiffness):
+                found[f"{chain.owner.name}/{e.name}"] = int(at.x[place.start]), e.stiffness
         return found
 
     @cached_property
@@ -276,7 +267,7 @@ class RecordedLegs:
         elimination.pivots += [x for x in eq.terms.beams.pivots.flat if isinstance(x, Entry)]
         for spring, length in zip(legs.springs, eq.pulls.length if eq.pulls else (), strict=True):
             if spring.constant and isinstance(length, Entry):
-                elimination.pivots.append(length * (1 / usual_size(length)))
+                elimination.pivots.append(as_part(length))
         for component in at.components:
             self._eliminate(elimination, component)
         return eq, moment[3:]

@@ -18,7 +18,7 @@ from robostiff.record import Entry, Program, derivatives_along, is_zero, least
 from robostiff.recorded import Factors, RecordedClosure, RecordedRobot, factors_of, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
 from robostiff.recorded.robot import place_robot
-from robostiff.spatial import Space, skew
+from robostiff.spatial import skew
 from robostiff.statics.chains.legs import LegEquations
 from robostiff.statics.chains.moving_chain import FURTHEST_TURN
 from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
@@ -96,8 +96,6 @@ class LoadedRobot:
     struts: dict[int, RecordedStrut]  # of the other legs, by their numbers
     buckling: dict[int, Buckling]  # of the struts
     platform: MovedBody
-    space: Space
-    length: float
     wrench: list[Any]  # entries
     dead: DeadForces  # of those at hooks the levers alone: these forces are part of the wrench
     stands: bool  # whether anything acts beside the wrench
@@ -112,7 +110,7 @@ class LoadedRobot:
 
     def equations(self, values: Mapping[str, Any], share: int = 1) -> _Equations:
         """At a state; at the share 0 no dead force and no preload acts, and springs are relaxed."""
-        rows, twist = list(self.space.rows), self.legs.twist
+        rows, twist = list(self.unloaded.space.rows), self.legs.twist
         elimination = SymmetricElimination()
         for name in twist:
             elimination.unknown(name, 1.0)
@@ -163,8 +161,8 @@ class LoadedRobot:
     def sizes(self, twist: Sequence[Any]) -> list[Any]:
         """A twist in radians, shifts by the length."""
         return [
-            x * (1 / self.length) if row < 3 else x
-            for x, row in zip(twist, self.space.rows, strict=True)
+            x * (1 / self.legs.length) if row < 3 else x
+            for x, row in zip(twist, self.unloaded.space.rows, strict=True)
         ]
 
     def step(
@@ -175,7 +173,7 @@ class LoadedRobot:
         `falls`: whether it is one of Newton's, of which each has to be a smaller part than before.
         """
         full = np.zeros(6, dtype=int).astype(object)
-        full[list(self.space.rows)] = twist
+        full[list(self.unloaded.space.rows)] = twist
         found = at.elimination.solution(dict(zip(self.legs.twist, twist, strict=True)))
         after = self.platform.stepped(values, full)
         moved = self.sizes(twist)
@@ -199,7 +197,7 @@ class LoadedRobot:
         if self.legs.legs.springs:
             unloaded = self.equations({**values, **self.start}, share=0).K
         rest = {place: entry - unloaded[place] * SAFE for place, entry in at.K_total.items()}
-        n = self.space.size
+        n = self.unloaded.space.size
         safe_part = factors_of(rest, n, in_order=True)
         twist = safe_part.solved(at.right)
         sizes = [x for x in self.sizes(twist) if not is_zero(x)]
@@ -387,8 +385,6 @@ def record_loading(
         struts,
         buckling_of(problems, [*struts], force),
         MovedBody("platform", reference),
-        robot.space,
-        L,
         wrench,
         dead,
         stands=bool(springs or standing.loads or standing.preload or weigh or platforms or sites),

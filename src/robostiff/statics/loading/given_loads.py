@@ -244,11 +244,8 @@ def given_masses(
     found: dict[str, list[PlacedMass]] = {}
     for name, value in masses.items():
         subject, expected = f"mass of {name!r}", "more than zero [kg], or a Mass"
-        for one in (
-            value
-            if isinstance(value, Sequence) and not isinstance(value, str | bytes)
-            else (value,)
-        ):
+        are_several = isinstance(value, Sequence) and not isinstance(value, str | bytes)
+        for one in value if are_several else (value,):
             mass = as_float(subject, one.value if isinstance(one, Mass) else one, expected, "kg")
             if not (np.isfinite(mass) and mass > 0):
                 raise InputError(subject, got=mass, expected=expected)

@@ -311,13 +311,7 @@ class _Chains:
                 self.load(spot, dead.point, dead.force)
 
     def spring(self, spring: PlacedBodySpring) -> FiniteBodySpring:
-        """A spring between bodies, chains by their numbers here.
-
-        Raises
-        ------
-        InputError
-            When it names no body.
-        """
+        """A spring between bodies, chains by their numbers here; InputError when it names none."""
         spots: list[Spot | None] = []
         for name in spring.bodies:
             names, spot = self.assembly.names, None

@@ -272,15 +272,10 @@ def _(robot: Linkage, pose: Any, near: Near) -> Postures:
 
 
 @_postures_of.register(Network)
-def _(robot: Network, pose: Any, near: Near) -> Postures:
-    check_is_not_posed(robot, near if pose is None else pose)
-    return Postures(robot)
-
-
 @_postures_of.register(Snapshot)
-def _(robot: Snapshot, pose: Any, near: Near) -> Postures:
+def _(robot: Network | Snapshot, pose: Any, near: Near) -> Postures:
     check_is_not_posed(robot, near if pose is None else pose)
-    if robot.reference_point.ndim > 1:
+    if np.ndim(robot.reference_point) > 1:
         raise InputError(
             f"equilibrium of snapshot {robot.name!r}",
             got="a batch of poses",
