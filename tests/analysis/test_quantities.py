@@ -48,6 +48,7 @@ LOAD = np.array([100.0, -20.0, 30.0, 4.0, 5.0, -6.0])
 def stripped_units_are_errors():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", "llvmlite is not installed")
         yield
 
 

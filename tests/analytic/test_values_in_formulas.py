@@ -227,7 +227,7 @@ def test_a_design_whose_legs_do_not_reach_is_refused_where_its_root_cancels():
     with pytest.raises(rs.InputError, match="a gap of"):
         rs.load("3-rrr", apart)
     for evaluate in (formula.substituted, formula.subs):
-        with pytest.raises(rs.InputError, match=r"got 'a negative stiffness -.*expected values at"):
+        with pytest.raises(rs.InputError, match=r"got a negative stiffness -.*expected values at"):
             evaluate(apart)
 
 

@@ -140,7 +140,7 @@ def test_one_value_for_six_legs_that_are_written_once(tmp_path):
     robot, output = rs.load("hexapod"), tmp_path / "identified.yaml"
     given = {"frames": hexapod_frames(), "measured": hexapod_campaign()}
     six = rs.identify(robot, parameters=["leg*/strut"], **given)
-    with pytest.raises(rs.InputError, match=r"place of 'leg2/strut': got .none of its own"):
+    with pytest.raises(rs.InputError, match=r"place of 'leg2/strut': got none of its own"):
         six.write(output, robot_file("hexapod"))
     assert not output.exists()
     one = rs.identify(robot, parameters=["leg*/strut"], shared=True, **given)

@@ -116,7 +116,7 @@ def test_words_of_a_model_are_text_not_markup():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("hexapod", "-o", "folder.html"), "got 'the directory folder.html'"),
+        (("hexapod", "-o", "folder.html"), "got the directory folder.html"),
         (("hexapod", "--map", "folder.zarr", "-o", "x.html"), "a map that was begun by robostiff"),
         (("hexapod", "--map", "map.nc", "-o", "x.html"), "robot of the map: got '3-rpr'"),
     ],

@@ -132,7 +132,7 @@ def test_parts_of_one_name_are_numbered_and_refused_in_a_snapshot():
     placed = find_posture(arm(rod(), rod())).snapshot.one(0)
     (leg,) = placed.legs
     twice = replace(leg, elements=(leg.elements[0], replace(leg.elements[1], name="beam1")))
-    with pytest.raises(rs.InputError, match="arm/beam1, twice', expected each name once"):
+    with pytest.raises(rs.InputError, match="arm/beam1, twice, expected each name once"):
         loaded(replace(placed, legs=(twice,)))
 
 

@@ -28,7 +28,7 @@ from robostiff.cables.stiffness_matrix import Stability, stability
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Status, StiffnessOfPoses, Tolerance
 from robostiff.elastostatics.result import scaled_inverse
 from robostiff.elastostatics.tolerance import scaling
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics import Near, Pose
 from robostiff.markup import InNotebooks
@@ -260,7 +260,7 @@ def _(machine: CableRobot, pose: Any, method: Form, near: Near, tolerance: Toler
     del pose, method, near, tolerance
     raise InputError(
         "robot",
-        got=f"cable robot {machine.name!r}",
+        got=Words(f"cable robot {machine.name!r}"),
         expected="a robot without cables: these may become slack, and need not stay near",
         hint="write cable_stiffness(robot, pose), cable_response(robot, pose, wrench=...), "
         "or 'robostiff cables'",

@@ -22,7 +22,7 @@ from robostiff.cables import (
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.status import StatusOfPoses
 from robostiff.elastostatics.tolerance import scaling
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics import Pose
 from robostiff.kinematics.pose import requested_pose
@@ -164,7 +164,7 @@ def cable_tensions(
     if level > 0 and unbounded:
         raise InputError(
             "level of the tensions",
-            got=f"{level:g}, and no greatest tension of {unbounded[0]!r}",
+            got=Words(f"{level:g}, and no greatest tension of {unbounded[0]!r}"),
             expected="0 for this robot",
             hint=f"write tensions={type(rule).__name__}(0), or give every cable a greatest tension",
         )

@@ -39,7 +39,7 @@ from robostiff.compiled import (
 )
 from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError, NoAnswerError, OpenAtHomeError
+from robostiff.errors import InputError, NoAnswerError, OpenAtHomeError, Words
 from robostiff.frozen import frozen
 from robostiff.kinematics import JointCoordinates
 from robostiff.record import Flag
@@ -280,7 +280,7 @@ class CompiledStiffness(AtGeneralPoses):
                     if not set(rate.inputs).isdisjoint(self.parameters):
                         raise InputError(
                             f"{output.name} of {self.subject.name!r}",
-                            got="poses of the platform",
+                            got=Words("poses of the platform"),
                             expected="JointCoordinates, which stay while the parameter changes",
                         )
                     rate = rate.of

@@ -14,7 +14,7 @@ from robostiff.analysis.compiled_answer import InputRows, RecordedRanks
 from robostiff.analysis.questions import CHUNK, PosesOfRobot, Question
 from robostiff.compiled import Kernel, Output
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
-from robostiff.errors import InputError, OpenAtHomeError
+from robostiff.errors import InputError, OpenAtHomeError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics import (
     ActuatorCoordinates,
@@ -65,7 +65,9 @@ class ParameterValues(Generic[OfSymbols]):
             words = f"a finite number, or {count} of them"
             value = as_floats(f"parameter {name}", given.get(name, robot.nominal[name]), words)
             if value.shape not in {(), (count,)}:
-                raise InputError(f"parameter {name}", got=f"shape {value.shape}", expected=words)
+                raise InputError(
+                    f"parameter {name}", got=Words(f"shape {value.shape}"), expected=words
+                )
             row[:] = value
         return cls(robot, rows)._checked() if names else cls(robot, rows)
 

@@ -26,7 +26,7 @@ from robostiff.analysis.recording import check_derivatives, is_trusted, recorded
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.compiled import Backend, Output, kernel_of
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Details, Form, Status, Tolerance
-from robostiff.errors import DisagreementError, InputError, NoAnswerError
+from robostiff.errors import DisagreementError, InputError, NoAnswerError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics import ActuatorCoordinates, Near
 from robostiff.kinematics.pose import check_is_not_posed, six_coordinates
@@ -77,7 +77,8 @@ class ConfigurationsOfLinkage(Question):
     ) -> None:
         name, batch = driven.part.name, given.shape[:-1]
         super().__init__(name, Space.SPATIAL, DEFAULT_METHOD, tolerance, batch, given)
-        self.driven, self.asked = driven, (driven.part, given)
+        self.driven = driven
+        self.asked: tuple[Any, ...] = (driven.part, given)
 
     def reference_points(self, rows: np.ndarray) -> np.ndarray:
         """Of the platform in the world (..., 3) [m]."""
@@ -214,7 +215,7 @@ class LinkageInputs(Recordable):
             n = len(driven.inputs)
             raise InputError(
                 f"driven joints of {driven.part.name!r}",
-                got=f"shape {rows.shape[:-1]} of poses",
+                got=Words(f"shape {rows.shape[:-1]} of poses"),
                 expected=f"numbers (N,) of each joint, or an array (N, {n}), one pose a row",
             )
         return rows
@@ -275,7 +276,9 @@ def _(
             break
     wrong = InputError(
         f"driven joints of {name!r}",
-        got=f"{', '.join(driven.drives)}, which leave {', '.join(undetermined)} undetermined",
+        got=Words(
+            f"{', '.join(driven.drives)}, which leave {', '.join(undetermined)} undetermined"
+        ),
         expected="joints that decide the configuration",
         hint=f"add them, joints=(...), or use {otherwise}",
     )
@@ -284,7 +287,7 @@ def _(
             raise wrong
         raise InputError(
             f"home of {name!r}",
-            got="a configuration in which assembly modes meet",
+            got=Words("a configuration in which assembly modes meet"),
             expected="a regular home for a kernel",
             hint=f"give another home, or use {otherwise}",
         )

@@ -247,7 +247,8 @@ class PosesOfRobot(Question):
         self._only: Posture | None = None
         is_read = type(pose) is PoseRequest
         self.request = request = pose if is_read else self.finder.request(cast("Pose", pose))
-        numbers, self.asked = request.coordinates, (robot, request, near)
+        self.asked: tuple[Any, ...] = (robot, request, near)
+        numbers = request.coordinates
         super().__init__(robot.name, robot.space, method, tolerance, request.batch, numbers)
 
     def pose_at(self, rows: np.ndarray) -> np.ndarray | None:
@@ -364,7 +365,8 @@ class OwnPose(Question):
         batch = found.batch_shape
         none = np.zeros((*batch, 0))
         super().__init__(machine.name, machine.space, method, tolerance, batch, none)
-        self.machine, self._whole, self.asked = machine, found, (machine,)
+        self.machine, self._whole = machine, found
+        self.asked: tuple[Any, ...] = (machine,)
 
     def solved(self, rows: np.ndarray) -> Details:
         """What was found at N of the poses."""

@@ -19,7 +19,7 @@ from robostiff.analysis.questions import PosesOfRobot, differences
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import Backend, Kernel, Output, Rates, StiffnessMatrix, kernel_of
 from robostiff.elastostatics import Status, Tolerance
-from robostiff.errors import DisagreementError, InputError
+from robostiff.errors import DisagreementError, InputError, Words
 from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
 from robostiff.model import ALL_COORDINATES
 from robostiff.recorded import RecordedRobot, record_at_joints, record_robot, sample_postures
@@ -170,7 +170,7 @@ def check_derivatives(name: str, recorded: RecordedRobot, outputs: Sequence[Outp
         if recorded.closure is None or isinstance(output.of, Rates):
             raise InputError(
                 f"derivative {output.name}",
-                got=f"{name!r}, which is closed by iteration",
+                got=Words(f"{name!r}, which is closed by iteration"),
                 expected="first derivatives, of what has a kernel from pose to matrix",
                 hint="take differences of rs.stiffness at two poses instead",
             )

@@ -13,7 +13,7 @@ from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.questions import Question, StructuralAnalysis
 from robostiff.elastostatics import Details, Form, RankDecision, Status, StiffnessOfPoses
 from robostiff.elastostatics.result import definite_inverse
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.markup import InNotebooks
@@ -327,7 +327,7 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
         if not self.question.has_legs:
             raise InputError(
                 f"snapshot of {self.name!r}",
-                got="bodies in any arrangement",
+                got=Words("bodies in any arrangement"),
                 expected="a robot with legs",
                 hint="result.placed() is the network",
             )
@@ -395,4 +395,6 @@ def require_one_pose(subject: str, batch: tuple[int, ...], hint: str | None = No
     if not batch:
         return
     count = int(np.prod(batch))
-    raise InputError(f"pose of {subject}", got=f"{count} poses", expected="one pose", hint=hint)
+    raise InputError(
+        f"pose of {subject}", got=Words(f"{count} poses"), expected="one pose", hint=hint
+    )

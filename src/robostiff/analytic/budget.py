@@ -8,7 +8,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 
 Found = TypeVar("Found")
 
@@ -31,7 +31,7 @@ class FormulaTooLargeError(InputError):
         """The error of an entry with more terms than the limit."""
         return cls(
             "closed form",
-            got=f"an entry of more than {limit} terms on the way",
+            got=Words(f"an entry of more than {limit} terms on the way"),
             expected=f"at most {limit}",
             hint="use named steps, form=Steps(), or raise Closed(limit=...)",
         )
@@ -99,7 +99,7 @@ def within(budget: float | None, work: Callable[[], Found], subject: str = "clos
             raise
         raise OutOfTimeError(
             subject,
-            got=f"none within {limit:g} s of computing",
+            got=Words(f"none within {limit:g} s of computing"),
             expected="one in time",
             hint=_HINTS.get(subject, "use fewer symbols, or a larger budget=..."),
         ) from None

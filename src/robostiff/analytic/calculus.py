@@ -23,7 +23,7 @@ from robostiff.analytic.exact.factors import echelon
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.questions.rank import closed_matrix
 from robostiff.analytic.substitution import Substitution, at_values
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 
 
@@ -130,8 +130,10 @@ def differentiate(derivation: Formula, symbol: sp.Symbol | str) -> FormulaDeriva
     if derivation.following:
         raise InputError(
             f"derivative of {derivation.name!r} by {symbol}",
-            got=f"a formula in {', '.join(derivation.following)}, which change with it as the legs "
-            "close",
+            got=Words(
+                f"a formula in {', '.join(derivation.following)}, which change with it as the legs "
+                "close"
+            ),
             expected="a formula in symbols that can be chosen freely",
             hint="name fewer symbols, such as the stiffnesses alone, so that these are numbers",
         )
@@ -257,7 +259,7 @@ def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMat
         if pivots != list(range(n)):
             raise InputError(
                 "compliance",
-                got=f"a matrix of rank {sum(pivot < n for pivot in pivots)} of {n}",
+                got=Words(f"a matrix of rank {sum(pivot < n for pivot in pivots)} of {n}"),
                 expected="one with an inverse",
                 hint="free_motion_formulas(...) gives its free motions",
             )
@@ -304,7 +306,9 @@ class ComplianceSteps(Formula):
         entries = [sp.sympify(x) for x in wrench]
         if len(entries) != self.C.rows:
             raise InputError(
-                "wrench", got=f"{len(entries)} entries", expected=f"{self.C.rows}: force and moment"
+                "wrench",
+                got=Words(f"{len(entries)} entries"),
+                expected=f"{self.C.rows}: force and moment",
             )
         return sp.ImmutableMatrix(self.C * sp.Matrix(entries))
 
@@ -344,7 +348,7 @@ def compliance_steps(derivation: Formula) -> ComplianceSteps:
     if (rank is not None and rank < n) or any(not any(K.row(i)) for i in range(n)):
         raise InputError(
             f"compliance of {derivation.name!r}",
-            got=f"a stiffness of a rank below {n}",
+            got=Words(f"a stiffness of a rank below {n}"),
             expected="full rank",
             hint="free_motion_formulas(...) gives its free motions",
         )

@@ -19,7 +19,7 @@ from robostiff.analytic.exact.exact_points import BITS, balls_of
 from robostiff.analytic.exact.factors import ExactMatrix
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.placement.agreement import AGREED, check_value, length_of, random_values
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.spatial import Space
 
@@ -146,7 +146,7 @@ def derive_chain(
             expected = f"{start.rows} entries"
             raise InputError(f"twist of joint {joint!r}", got=shape, expected=expected)
         if all(entry == 0 for entry in column):
-            raise InputError(f"twist of joint {joint!r}", got="zero", expected="a motion")
+            raise InputError(f"twist of joint {joint!r}", got=Words("zero"), expected="a motion")
         columns[joint] = column
     exact = None
     if isinstance(form, Steps):
@@ -203,7 +203,7 @@ def _checked_stiffness(K0: Any) -> tuple[Any, list[Any]]:
             if a != b and sp.simplify(a - b) != 0:
                 raise InputError(
                     f"stiffness matrix, entries [{i}, {j}] and [{j}, {i}]",
-                    got=f"{a} and {b}",
+                    got=Words(f"{a} and {b}"),
                     expected="a symmetric matrix",
                 )
     return K, entries
@@ -245,7 +245,9 @@ def redundant_joints(K0: Any, columns: Sequence[Any]) -> tuple[bool, ...]:
             if is_zero and np.any(np.abs(u) > _FELT * size_of_u):
                 raise InputError(
                     "stiffness matrix",
-                    got="a joint whose motion causes forces but stores no energy, J^T K J = 0",
+                    got=Words(
+                        "a joint whose motion causes forces but stores no energy, J^T K J = 0"
+                    ),
                     expected="a positive semidefinite matrix",
                 )
             found[i] &= bool(is_zero)

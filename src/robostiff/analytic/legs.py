@@ -30,7 +30,7 @@ from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, s
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm, transport
 from robostiff.analytic.vectors.vector_form import vector_form
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
 from robostiff.recorded import LegRecorder
@@ -285,7 +285,7 @@ def derive_leg(
     if placed_leg.blocks:
         raise InputError(
             f"leg {leg!r}",
-            got=f"the parallel block {placed_leg.blocks[0].name!r}",
+            got=Words(f"the parallel block {placed_leg.blocks[0].name!r}"),
             expected="joints and springs in series: K^0 is the inverse of their compliance",
             hint="write derive(robot), which supports blocks",
         )
@@ -294,7 +294,9 @@ def derive_leg(
     if found < n:
         raise InputError(
             f"K^0 of leg {leg!r}",
-            got=f"springs that yield in {found} of {n} directions with the passive joints held",
+            got=Words(
+                f"springs that yield in {found} of {n} directions with the passive joints held"
+            ),
             expected="elastic parts in all directions: K^0 is the inverse of their compliance",
             hint="write derive(robot), which needs no inverse; "
             "or give the links as beams, as gough-stewart-b-beams has them",

@@ -56,7 +56,7 @@ from robostiff.analytic.springs.sum_of_springs import sum_of_springs
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.kept import kept
 from robostiff.model import CoupledFreedom, PlacedLeg, Robot, Snapshot, with_entries
 from robostiff.model.entries import formulas
@@ -132,7 +132,7 @@ def derive_robot(
         if part.elasticity.freedoms.size:
             raise InputError(
                 f"formula of {robot.name!r}",
-                got=f"part {part.name!r} of the platform, which leaves motions free",
+                got=Words(f"part {part.name!r} of the platform, which leaves motions free"),
                 expected="parts of platforms that hold in all directions",
                 hint="use stiffness(robot, poses)",
             )
@@ -454,7 +454,7 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
     if snapshot.platform is not None:
         raise InputError(
             f"formula of snapshot {snapshot.name!r}",
-            got="a flexible platform",
+            got=Words("a flexible platform"),
             expected="a rigid one",
             hint="use stiffness(snapshot), or derive(robot) of a model file",
         )
@@ -495,6 +495,6 @@ def _in_numbers(snapshot: Snapshot, entries: list[Any], values: np.ndarray) -> S
 def _without_values(snapshot: Snapshot, got: str) -> InputError:
     return InputError(
         f"formula of snapshot {snapshot.name!r}",
-        got=f"{got} at random values of its symbols between 0.1 and 1.5",
+        got=Words(f"{got} at random values of its symbols between 0.1 and 1.5"),
         expected="formulas that hold there: scale lengths to metres near 1",
     )

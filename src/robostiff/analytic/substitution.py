@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.exact.definition import Definition, Unwritten
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.spatial.formula import exact_number, is_formula
 from robostiff.spatial.quantities import is_pint, si_number
 
@@ -141,7 +141,7 @@ class Substitution:
             if size > _LONGEST and not value.is_Atom:
                 raise InputError(
                     "exact values of named steps",
-                    got=f"{size} terms for {definition.symbol}",
+                    got=Words(f"{size} terms for {definition.symbol}"),
                     expected="values of all symbols, as floats or numbers without nested roots",
                     hint="write floats, or evalf(50) for more digits; subs(...) keeps steps",
                 )
@@ -251,7 +251,7 @@ def refuse_negative(K: Any, subject: str) -> None:
         if not entry.free_symbols and entry.is_negative:
             raise InputError(
                 f"{subject} at these values",
-                got=f"a negative stiffness {entry.evalf(6)}",
+                got=Words(f"a negative stiffness {entry.evalf(6)}"),
                 expected="values at which the legs reach the platform",
             )
 
@@ -266,6 +266,6 @@ def refuse_failing(conditions: Iterable[Any], put_in: Substitution, subject: str
         if not number.is_real or number <= 0:
             raise InputError(
                 f"{subject} at these values",
-                got=f"a condition that fails: {number.evalf(6)} is not positive",
+                got=Words(f"a condition that fails: {number.evalf(6)} is not positive"),
                 expected=f"values at which {condition.words}",
             )

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.elastostatics import Tolerance
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.model.cable import CableRobot
@@ -179,8 +179,10 @@ def axial_stiffness(robot: CableRobot, lengths: np.ndarray, tensions: np.ndarray
         i = int(np.argwhere((unstrained <= 0) & (stretch > 0) & (lengths > 0))[0][-1])
         raise InputError(
             f"tension of cable {robot.cables[i].name!r}",
-            got=f"{np.max(tensions[..., i]):g} N, by which its winch deflects by more than "
-            "the length of the cable",
+            got=Words(
+                f"{np.max(tensions[..., i]):g} N, by which its winch deflects by more than "
+                "the length of the cable"
+            ),
             expected="less, or a stiffer winch",
         )
     # A cable of zero length has no matrix; its stiffness must only be finite.

@@ -20,7 +20,7 @@ from robostiff.cli.options import (
     wrench_option,
 )
 from robostiff.cli.output import draw, picture_beside
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 
 if TYPE_CHECKING:
     from robostiff.cables import TensionRule
@@ -113,7 +113,7 @@ class PrintDeflection(Command, name="deflection"):
         on_bodies = loads.gravity is not None or loads.weights or loads.forces
         if loads.wrench is None and not on_bodies:
             expected = '--wrench, such as "0 0 -500 N 0 0 0", --gravity=-z, --load or --weight'
-            raise InputError("load of a deflection", got="none", expected=expected)
+            raise InputError("load of a deflection", got=Words("none"), expected=expected)
         options = written.where(robot, self.place)
         options["wrench"] = written.wrench(loads.wrench, robot.space)
         if on_bodies or (getattr(robot, "legs", ()) and robot.springs):
@@ -277,7 +277,7 @@ class PrintResponse(Command, name="response"):
         moved = settlements(self.settlements, network.space)
         if not loads and not moved:
             expected = "--load, --along, --on or --settle"
-            raise InputError(f"loads of {source!r}", got="none", expected=expected)
+            raise InputError(f"loads of {source!r}", got=Words("none"), expected=expected)
         return answered(network_response(network, loads, settlements=moved), self.answer)
 
 

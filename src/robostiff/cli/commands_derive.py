@@ -65,7 +65,7 @@ from robostiff.analytic.placement.robot_pose import (
 from robostiff.cli.arguments import chosen
 from robostiff.cli.command import INTERRUPTED
 from robostiff.cli.output import FORMULA_FILES, new_file, write_to
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.io.model_file import ParameterChoice
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
@@ -329,7 +329,9 @@ def _form(command: Any, language: str) -> Closed | Steps | None:
         raise InputError("questions about a formula", got=wrong, expected=expected)
     if command.asks and command.leg is not None:
         expected = "the whole robot: --rank and --free-motions without --leg"
-        raise InputError("questions about a formula", got=f"--leg {command.leg}", expected=expected)
+        raise InputError(
+            "questions about a formula", got=Words(f"--leg {command.leg}"), expected=expected
+        )
     if command.limit is not None:
         return Closed(command.limit)
     return Steps() if command.steps else Closed() if command.closed else None
@@ -374,7 +376,7 @@ def _language(command: Any) -> tuple[str, Path | None]:
         )
     chosen("--format", name, dict.fromkeys(FORMULA_FILES.values()))
     if name == "pdf" and output is None:
-        raise InputError("--format", got="pdf", expected="a file", hint="write -o FILE.pdf")
+        raise InputError("--format", got=Words("pdf"), expected="a file", hint="write -o FILE.pdf")
     if output is not None:
         new_file("--output", output, command.answer.overwrite)
     return name, output

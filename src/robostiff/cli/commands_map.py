@@ -44,7 +44,7 @@ from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.cli import arguments as written
 from robostiff.cli.command import BAD_STATUS, INTERRUPTED, answered
 from robostiff.cli.output import draw, new_file, picture_beside
-from robostiff.errors import InputError, NoAnswerError, needs_extra
+from robostiff.errors import InputError, NoAnswerError, Words, needs_extra
 from robostiff.io.map_files import check_netcdf, read_poses, write_map_netcdf
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.model import Robot
@@ -93,7 +93,7 @@ def poses_of(robot: Mapped, command: Any) -> PoseSource:
     if not rows:
         raise InputError(
             "poses of a map",
-            got="none",
+            got=Words("none"),
             expected="at least one coordinate, or --poses FILE.csv",
             hint='write --x "-100 mm 100 mm 21"',
         )

@@ -22,7 +22,7 @@ from robostiff.cli.options import (
     repeatable,
 )
 from robostiff.cli.output import draw, output_beside, picture_beside, write_to
-from robostiff.errors import InputError, warn_of_slip
+from robostiff.errors import InputError, Words, warn_of_slip
 from robostiff.frozen import frozen
 
 
@@ -340,12 +340,12 @@ class Plan(Command, name="plan"):
 
         if self.wrench is None:
             expected = "the load at the pose"
-            raise InputError("--criterion test-pose", got="no --wrench", expected=expected)
+            raise InputError("--criterion test-pose", got=Words("no --wrench"), expected=expected)
         pose = written.pose(robot, self.place)
         if not isinstance(pose, JointCoordinates):
             posture = find_posture(robot.numeric, pose)
             if not posture.reached.all():
-                got, why = "a pose out of reach", "; ".join(posture.complaints)
+                got, why = Words("a pose out of reach"), "; ".join(posture.complaints)
                 raise InputError("test pose", got=got, expected="one in reach", hint=why)
             pose = posture.pose[:, robot.coordinate_places]
             if robot.is_posed_by_joints:

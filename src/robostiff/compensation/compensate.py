@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.compiled import Backend
 from robostiff.elastostatics.status import Status, StatusOfPoses
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen
 from robostiff.kinematics import JointCoordinates, Pose, Posture, actuator_names, posture_finder
 from robostiff.kinematics.closure.leg_forms import beyond_limits
@@ -209,7 +209,7 @@ def compensate(
     F = as_floats("wrenches", wrenches, expected, robot.space.wrench_units)
     if F.shape not in {(size,), (len(pose), size)}:
         expected = f"({size},) or ({len(pose)}, {size}), one for each point of the path"
-        raise InputError("wrenches", got=f"shape {F.shape}", expected=expected)
+        raise InputError("wrenches", got=Words(f"shape {F.shape}"), expected=expected)
     F = _in_world(np.broadcast_to(F, (len(pose), size)), pose, axes, robot)
     backend = Backend.BEST if len(pose) >= _MANY else Backend.ARRAYS
     loaded = kept_loading(robot, gravity, loads, preload, beams=beams, backend=backend)
@@ -235,7 +235,9 @@ def _along_path(points: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Axes (N, 3, 3): x along the direction of travel, z as near to that given as can be."""
     if len(points) < 2:
         raise InputError(
-            "axes of the path", got="one point", expected="two points or more, for a direction"
+            "axes of the path",
+            got=Words("one point"),
+            expected="two points or more, for a direction",
         )
     along = np.gradient(points, axis=0)
     length = np.linalg.norm(along, axis=1)
@@ -243,7 +245,7 @@ def _along_path(points: np.ndarray, z: np.ndarray) -> np.ndarray:
     for point in np.flatnonzero((length == 0) | (np.abs(np.sum(x * z, axis=1)) > _ALONG))[:1]:
         raise InputError(
             f"axes of the path at point {point + 1}",
-            got="no direction of travel across the tool",
+            got=Words("no direction of travel across the tool"),
             expected="points that differ across the tool axis",
             hint="give the wrenches in Axes.WORLD or Axes.TOOL",
         )

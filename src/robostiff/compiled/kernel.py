@@ -19,7 +19,7 @@ from robostiff.compiled.codes import (
     room_for,
 )
 from robostiff.compiled.outputs import Output, Rates, gaps_of
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen, replace
 from robostiff.record import Program
 from robostiff.spatial import Space, check_whole
@@ -131,7 +131,7 @@ class Kernel:
             got = [(row.shape, row.strides, str(row.dtype)) for row in out[:1]]
             raise InputError(
                 "results of the kernel",
-                got=f"{len(out)} rows, of shape, strides and type {got}",
+                got=Words(f"{len(out)} rows, of shape, strides and type {got}"),
                 expected=f"{self.rows} rows ({count},) of float64, poses side by side",
             )
         self.code.evaluate(inputs, out, whole_threads(threads, count))
@@ -221,7 +221,7 @@ def code_of(backend: Backend) -> type[MachineCode] | type[ArrayCode]:
     if backend is Backend.MACHINE:
         raise InputError(
             "backend of the kernel",
-            got="machine code",
+            got=Words("machine code"),
             expected="llvmlite, and a processor that multiplies and adds in one operation",
             hint="write pip install 'robostiff[fast]', or Backend.ARRAYS",
         )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen
 from robostiff.record import Entry, derivatives_along, gradient, is_zero, plain_root
 from robostiff.spatial import Space, as_floats
@@ -406,7 +406,7 @@ class Gradient(Rates):
         if shape:
             raise InputError(
                 f"gradient of {self.of.name}",
-                got=f"{math.prod(shape)} numbers a pose",
+                got=Words(f"{math.prod(shape)} numbers a pose"),
                 expected="one, such as WorstDeflection() or EntryOf(output, place)",
                 hint="write Derivative(output, name) for one input after the other",
             )

@@ -13,7 +13,7 @@ import numpy as np
 from robostiff.compiled import Output, TotalMass
 from robostiff.design.numbers import NumbersOfDesigns, Poses
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen
 from robostiff.io.edited_file import write_parameters
 from robostiff.kept import kept_for_last
@@ -51,7 +51,7 @@ class Within:
     def __post_init__(self) -> None:
         if self.most is None and self.least is None:
             raise InputError(
-                f"limits of {self.output.name}", got="none", expected="most=, least= or both"
+                f"limits of {self.output.name}", got=Words("none"), expected="most=, least= or both"
             )
         for _, value, _ in self.bounds:
             as_float(f"limit of {self.output.name}", value, "a number [SI]")
@@ -384,7 +384,10 @@ def _ranges(variables: Mapping[str, tuple[float, float]]) -> np.ndarray:
     """Lowest and highest values (2, n)."""
     if not variables:
         raise InputError(
-            "variables", got="none", expected="names with ranges", hint='write {"R": (0.4, 0.6)}'
+            "variables",
+            got=Words("none"),
+            expected="names with ranges",
+            hint='write {"R": (0.4, 0.6)}',
         )
     expected = "a lower and a higher value each [SI]"
     ends = np.array(

@@ -17,7 +17,7 @@ from robostiff.design.numbers import (
     kernel_poses,
     parameters_like,
 )
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen
 from robostiff.io.units import parse_quantity
 from robostiff.kinematics import JointCoordinates
@@ -470,7 +470,9 @@ def sobol_indices(
 
     drawn = _DrawnRobots.of(robot, spreads, [output], pose, threads)
     if len(drawn.rows) != 1:
-        raise InputError("pose of indices", got=f"{len(drawn.rows)} poses", expected="one pose")
+        raise InputError(
+            "pose of indices", got=Words(f"{len(drawn.rows)} poses"), expected="one pose"
+        )
     if samples < 1 or samples & (samples - 1):
         raise InputError("samples of indices", got=samples, expected="a power of two")
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from robostiff.elasticity.beam import compliance_in_series
 from robostiff.elasticity.checks import Bounds
 from robostiff.elasticity.spring import Elasticity
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.spatial import (
     Space,
@@ -96,7 +96,7 @@ def _from_formulas(K: np.ndarray) -> Elasticity:
                 return elasticity_from_stiffness(K.astype(float))
             raise InputError(
                 STIFFNESS.name,
-                got="formulas that leave a coupled direction free",
+                got=Words("formulas that leave a coupled direction free"),
                 expected="a regular matrix, or free directions along the axes",
                 hint="give the compliance instead, or one spring for each direction that holds",
             )

@@ -19,7 +19,7 @@ from robostiff.elastostatics.tolerance import (
     smallest_held_stiffness,
     smallest_singular_value,
 )
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.spatial import Space, compliance_modes, move_stiffness
 from robostiff.spatial.batch import Bool, Float, poses_side_by_side
@@ -291,13 +291,13 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
         When there is no leg, or the legs differ in space or batch.
     """
     if not legs:
-        raise InputError("parallel robot", got="no leg", expected="at least one leg")
+        raise InputError("parallel robot", got=Words("no leg"), expected="at least one leg")
     first = legs[0]
     shapes = {leg.matrix.shape for leg in legs}
     if len(shapes) > 1:
         raise InputError(
             "legs of a parallel robot",
-            got=f"matrices of shapes {sorted(shapes)}",
+            got=Words(f"matrices of shapes {sorted(shapes)}"),
             expected="one space and one batch of poses",
         )
     n = first.space.size

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.spatial import Space
 from robostiff.spatial.batch import Float, empty_batch, product, transposed
@@ -256,7 +256,7 @@ def check_joints_in_plane(J_q: np.ndarray, names: Sequence[str], of: str = "robo
     if np.any(out):
         raise InputError(
             f"passive joint {names[int(np.argwhere(out)[0][-1])]!r} of a planar {of}",
-            got="an axis that leads out of the x-y plane",
+            got=Words("an axis that leads out of the x-y plane"),
             expected="a rotation about z or a slide across z",
             hint=_HINT,
         )
@@ -268,7 +268,7 @@ def check_compliance_in_plane(C: np.ndarray, subject: str) -> None:
     if np.any(coupling > allowed):
         raise InputError(
             subject,
-            got="an elasticity that couples motions in the plane with motions out of it",
+            got=Words("an elasticity that couples motions in the plane with motions out of it"),
             expected="principal axes along and across the plane",
             hint=_HINT,
         )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
@@ -204,7 +204,7 @@ def choose_poses(
     )
     F = as_floats("forces", [] if forces is None else forces, _FORCES)
     if F.ndim not in {1, 2} or F.shape[-1] not in {0, 3}:
-        raise InputError("forces", got=f"shape {F.shape}", expected=_FORCES)
+        raise InputError("forces", got=Words(f"shape {F.shape}"), expected=_FORCES)
     loads = np.vstack([np.zeros(3), F.reshape(-1, 3)])
     q = getattr(candidates, "values", candidates)
     q = np.atleast_2d(as_floats("candidates", q, "postures (N, n)"))
@@ -216,7 +216,9 @@ def choose_poses(
     reached = find_posture(robot.numeric, kind(q))
     rows = np.flatnonzero(reached.reached & reached.within_limits)
     if len(rows) < (least := 1 if repeats else count):
-        raise InputError("candidates", got=f"{len(rows)} in reach", expected=f"at least {least}")
+        raise InputError(
+            "candidates", got=Words(f"{len(rows)} in reach"), expected=f"at least {least}"
+        )
     readings, sigma = len(loads) * len(names), as_float("sigma", sigma, "one number [m]", "m")
     measured = Measurements(
         kind(np.repeat(q[rows], readings, axis=0)),
@@ -240,7 +242,7 @@ def choose_poses(
     if len(rows) < least:
         raise InputError(
             "candidates",
-            got=f"{len(rows)} that serve",
+            got=Words(f"{len(rows)} that serve"),
             expected=f"at least {least}",
             hint="the others are near singular, or move by less than 5 sigma: hang loads on them",
         )
@@ -312,14 +314,14 @@ def _wanted(
     rows, expected = list(robot.space.rows), "one, or one for each of the test poses [N, N m]"
     W, wrenches = as_floats("wrenches", criterion.wrenches, expected), np.zeros((len(q), 6))
     if W.shape not in {(len(rows),), (len(q), len(rows))}:
-        raise InputError("wrenches of test poses", got=f"shape {W.shape}", expected=expected)
+        raise InputError("wrenches of test poses", got=Words(f"shape {W.shape}"), expected=expected)
     wrenches[:, rows] = W
     postures = JointCoordinates(q) if by_joints else q
     readings = Measurements(postures, np.zeros((len(q), 3)), wrenches=wrenches)
     states = States.of(robot, readings, np.eye(3))
     rates = statics.with_states(states).checked(values)[0].at(values).rates[:, :3]
     if not np.isfinite(rates).all():
-        raise InputError("test poses", got="one near a singular posture", expected="others")
+        raise InputError("test poses", got=Words("one near a singular posture"), expected="others")
     return rates.reshape(-1, len(values)) / len(q) ** 0.5 * scale
 
 

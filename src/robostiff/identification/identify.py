@@ -84,7 +84,7 @@ def known_frames(
     if (instrument is None or markers is None) and not measured.are(*PLACES).any():
         raise InputError(
             "frames of displacements and distances",
-            got="unknown ones",
+            got=Words("unknown ones"),
             expected="known ones: only points tell where instrument and markers are",
             hint='write frames=rs.KnownFrames({"tip": [0, 0, 0.05]}); on the '
             'command line --marker "tip=0 0 50 mm" --instrument "0 0 0 0 0 0"',
@@ -93,7 +93,7 @@ def known_frames(
         if measured.markers.count(name) == 1:
             raise InputError(
                 f"marker {name!r} of {measured.place(measured.markers.index(name))}",
-                got="one reading",
+                got=Words("one reading"),
                 expected="several readings of a marker whose place is not known",
             )
     turned: tuple[int, ...] = ()
@@ -133,7 +133,9 @@ def nearest_frames(
     A 32, 1976.
     """
     if len(y) < 3:
-        raise InputError("points of markers", got=f"{len(y)} whole ones", expected="three or more")
+        raise InputError(
+            "points of markers", got=Words(f"{len(y)} whole ones"), expected="three or more"
+        )
     b = np.zeros(3) if instrument is None else instrument[:3]
     m = np.zeros((count, 3)) if markers is None else markers
 
@@ -325,7 +327,7 @@ def _model_of(
             if not (signs.min() < 0 < signs.max()):
                 raise InputError(
                     f"loads for {name}",
-                    got="torques of one sign: play and zero are the same",
+                    got=Words("torques of one sign: play and zero are the same"),
                     expected="readings with torques of both signs at this joint",
                 )
     places = statics.at(p)
@@ -366,7 +368,7 @@ def _check_points(model: ReadingModel, start: np.ndarray, places: PlacesInStates
     if apart > _FAR * size:
         raise InputError(
             "readings against the nominal robot",
-            got=f"{number(apart, 3)} m apart, {number(size, 3)} m from its base",
+            got=Words(f"{number(apart, 3)} m apart, {number(size, 3)} m from its base"),
             expected="readings of this robot at these postures",
             hint="look at the units of readings and joints, and at the order of the joints",
         )

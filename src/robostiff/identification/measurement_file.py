@@ -119,7 +119,7 @@ def read_measurements(
             raise FileError(
                 Location(str(path), 1),
                 "postures and loads of a tracker export",
-                got="none",
+                got=Words("none"),
                 expected="a file with a line for each point",
                 hint='write joints="joints.csv", or --postures joints.csv',
             )
@@ -129,7 +129,7 @@ def read_measurements(
             raise FileError(
                 Location(str(joints)),
                 "postures",
-                got=f"{len(table.lines)} lines",
+                got=Words(f"{len(table.lines)} lines"),
                 expected=f"{len(valid)}, one for each point of {path}",
             )
         return table.measurements(np.flatnonzero(valid).tolist(), places, str(path))
@@ -245,14 +245,14 @@ class _Table:
             if missing and not (len(missing) == len(si) and label in first):
                 hint = f"or leave out all of a posture {label!r} that is known already"
                 raise FileError(
-                    self.at(row), missing[0], got="nothing", expected="a number", hint=hint
+                    self.at(row), missing[0], got=Words("nothing"), expected="a number", hint=hint
                 )
             before = first.setdefault(label, row) if label else row
             if not missing and any(column[row] != column[before] for column in si.values()):
                 raise FileError(
                     self.at(row),
                     f"posture {label!r}",
-                    got="other coordinates than before",
+                    got=Words("other coordinates than before"),
                     expected=f"those of line {self.lines[before]}, or another name",
                 )
             for column in si.values() if missing else ():
@@ -277,7 +277,7 @@ class _Table:
                 raise FileError(self.at(row), "hook", got=name, expected=expected)
             if np.isfinite(point).any() and not np.isfinite(point).all():
                 raise FileError(
-                    self.at(row), "hook", got="a part of it", expected="at_x, at_y, at_z"
+                    self.at(row), "hook", got=Words("a part of it"), expected="at_x, at_y, at_z"
                 )
         return places, bodies
 
@@ -312,7 +312,7 @@ class _Table:
                 raise FileError(
                     self.at(row),
                     "reading",
-                    got=f"the same as line {self.lines[before]}, to the last digit",
+                    got=Words(f"the same as line {self.lines[before]}, to the last digit"),
                     expected="another one",
                     hint="remove one of them: it would count twice",
                 )
@@ -362,13 +362,13 @@ class _Table:
                 posed = word == "point" and read[row, 3:].any()
                 if posed and not read[row].all():
                     raise FileError(
-                        self.at(row), "pose", got="a part", expected="x, y, z, rx, ry, rz"
+                        self.at(row), "pose", got=Words("a part"), expected="x, y, z, rx, ry, rz"
                     )
                 kinds[row] = Reading.POSE if posed else kind
         for row in np.flatnonzero(~np.isfinite(values).any(axis=1)).tolist():
             if row in lines:
                 raise FileError(
-                    self.at(row), "reading", got="nothing", expected="one kind of value"
+                    self.at(row), "reading", got=Words("nothing"), expected="one kind of value"
                 )
             values[row, :3] = 0.0  # it is left out
             sigma[row, :3] = 1.0 if np.isfinite(sigma).any() else np.nan
@@ -430,7 +430,7 @@ def tracker_points(
     for column, spread in si.items():
         for row in np.flatnonzero(valid & np.isnan(spread))[:1]:
             at = Location(name, table.rows[row] + 1, path=column)
-            raise FileError(at, "value", got="nothing", expected="a finite number")
+            raise FileError(at, "value", got=Words("nothing"), expected="a finite number")
     return si, valid, tuple(k + 1 for k in table.rows)
 
 
@@ -448,7 +448,7 @@ def with_headings(name: str, lines: Sequence[str], columns: Sequence[str]) -> tu
             raise FileError(
                 Location(name, k, 1),
                 "reading",
-                got=f"{len(fields)} fields",
+                got=Words(f"{len(fields)} fields"),
                 expected=f"{len(columns)}, one for each of columns=",
             )
         written.append("\t".join(fields[place] for place in named) if is_row else line)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.identification.measurement_kinds import (
     LoadAxes,
@@ -138,27 +138,29 @@ class Measurements:
         read = self.is_read
         if not read.any(axis=1).all():
             k = int(np.argmin(read.any(axis=1)))
-            raise InputError(self.place(k), got="no value", expected="at least one number")
+            raise InputError(self.place(k), got=Words("no value"), expected="at least one number")
         known = np.isfinite(sigma[read])
         if known.any() and not known.all():
             k = int(np.argmax((read & ~np.isfinite(sigma)).any(axis=1)))
             expected = "standard deviations of all readings, or of none"
-            raise InputError(f"sigma of {self.place(k)}", got="none", expected=expected)
+            raise InputError(f"sigma of {self.place(k)}", got=Words("none"), expected=expected)
         if not np.all(sigma[read & np.isfinite(sigma)] > 0) or np.any(self.sigma_wrench < 0):
-            raise InputError("sigma", got="zero or less", expected="more than zero")
+            raise InputError("sigma", got=Words("zero or less"), expected="more than zero")
         units = {kind if kind.of_drive else Reading.POINT for kind in self.kinds}
         several = len(units) > 1 or Reading.POSE in self.kinds
         if (several and not rowwise) or (self.sigma_wrench.any() and not known.any()):
             expected = "one for each number of readings of several units, or under uncertain loads"
-            raise InputError("sigma", got="none, or one for all", expected=expected)
+            raise InputError("sigma", got=Words("none, or one for all"), expected=expected)
         for k, kind in enumerate(self.kinds):
             numbers = self.toward[k]
             if kind.of_drive and not self.drives[k]:
-                raise InputError(f"drive of {self.place(k)}", got="none", expected="its name")
+                raise InputError(
+                    f"drive of {self.place(k)}", got=Words("none"), expected="its name"
+                )
             lost = not np.isfinite(numbers).all() or (kind is Reading.ALONG and not numbers.any())
             if kind in (Reading.ALONG, Reading.DISTANCE) and lost:
                 what = "a direction" if kind is Reading.ALONG else "a fixed point"
-                raise InputError(f"toward of {self.place(k)}", got="none", expected=what)
+                raise InputError(f"toward of {self.place(k)}", got=Words("none"), expected=what)
 
     @classmethod
     def read(
@@ -241,7 +243,9 @@ class Measurements:
         for k in rows:
             if self.references[k] >= 0 and self.references[k] not in place:
                 raise InputError(
-                    f"reference of {self.place(int(k))}", got="left out", expected="kept with it"
+                    f"reference of {self.place(int(k))}",
+                    got=Words("left out"),
+                    expected="kept with it",
                 )
         q, kinds = self.coordinates[rows], [self.kinds[k] for k in rows]
         width = 6 if Reading.POSE in kinds else 3
@@ -297,7 +301,7 @@ def _rows(
             values = np.where(missing, 0.0, np.asarray(values, dtype=float))
     numbers = np.where(missing, np.nan, as_floats(name, values, expected))
     if numbers.shape not in {(), shape[1:], shape}:
-        raise InputError(name, got=f"shape {numbers.shape}", expected=expected)
+        raise InputError(name, got=Words(f"shape {numbers.shape}"), expected=expected)
     return np.broadcast_to(numbers, shape).copy()
 
 

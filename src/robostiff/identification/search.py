@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.identification.measurement_kinds import LoadAxes
 from robostiff.identification.readings import ReadingModel
@@ -110,7 +110,7 @@ def _known(model: ReadingModel, x: np.ndarray) -> np.ndarray:
     if np.count_nonzero(known) < J.shape[1]:
         raise InputError(
             "postures",
-            got=f"{np.count_nonzero(~known)} numbers read near singular postures",
+            got=Words(f"{np.count_nonzero(~known)} numbers read near singular postures"),
             expected="more at others, where rates are known",
         )
     return known

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.compiled import Backend, ComplianceMatrix, Derivative
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.identification.measurement_kinds import MOTIONS, LoadAxes
 from robostiff.identification.measurements import Measurements
@@ -89,7 +89,7 @@ class States:
             for k in np.flatnonzero(~posture.reached):
                 raise InputError(
                     f"posture of {measured.place(int(k))}",
-                    got="a pose out of reach",
+                    got=Words("a pose out of reach"),
                     expected="a pose that the robot reaches",
                 )
         # axes (N, 3, 3) of the loads in the world, those of platforms as commanded

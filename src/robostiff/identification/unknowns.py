@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 
 from robostiff.elasticity import Elasticity
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics import find_posture
@@ -138,13 +138,19 @@ def with_unknowns(
             continue
         first, *alike = (candidates[name][0] for name in names)
         if any(other.kind is not first.kind or other.unit != first.unit for other in alike):
-            raise InputError(f"shared {group!r}", got="parts of several kinds", expected="one kind")
+            raise InputError(
+                f"shared {group!r}", got=Words("parts of several kinds"), expected="one kind"
+            )
         if not np.allclose([other.nominal for other in alike], first.nominal, rtol=1e-9):
             raise InputError(
-                f"shared {group!r}", got="parts of different compliance", expected="equal parts"
+                f"shared {group!r}",
+                got=Words("parts of different compliance"),
+                expected="equal parts",
             )
         if first.plays and alike:
-            raise InputError(f"shared {group!r}", got="play", expected="one number for each joint")
+            raise InputError(
+                f"shared {group!r}", got=Words("play"), expected="one number for each joint"
+            )
         unknowns.append(replace(first, name=group))
         symbol = _symbol(group, positive=first.kind is not UnknownKind.GEOMETRY or None)
         changes |= {name: (candidates[name][1], symbol) for name in names}
@@ -152,7 +158,7 @@ def with_unknowns(
     if lengths and not by_joints:
         raise InputError(
             f"{lengths[0]!r} of {robot.name!r}",
-            got="a length or an angle, with poses as postures",
+            got=Words("a length or an angle, with poses as postures"),
             expected="postures in joints: what the drives are commanded to",
             hint="give joints of an arm; of legs, identify compliances",
         )

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.identification.unknowns import Unknown, UnknownKind, spring_values
 from robostiff.io.document import Document, read_document
 from robostiff.io.edited_file import AGREES, check_is_another, edited_lines, parameter_text
@@ -82,7 +82,7 @@ def write_values(
             )
             raise InputError(
                 f"place of {unknown.name!r}",
-                got=f"none of its own in {os.fspath(source)!r}",
+                got=Words(f"none of its own in {os.fspath(source)!r}"),
                 expected="a parameter, or the stiffness of one drive",
                 hint=f"write it as a parameter, such as {example}, and identify that",
             )
@@ -122,7 +122,7 @@ def _check(
 def _shared(source: str | os.PathLike[str], name: str) -> InputError:
     return InputError(
         f"values of {os.fspath(source)!r}",
-        got=f"{name}, which shares its place in the file with others",
+        got=Words(f"{name}, which shares its place in the file with others"),
         expected="a place of its own for each value",
         hint="give it a parameter of the file, or identify with shared=True",
     )

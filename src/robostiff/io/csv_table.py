@@ -111,7 +111,7 @@ def table_of(
         raise FileError(
             Location(name),
             f"{what}s",
-            got=f"no {what}",
+            got=Words(f"no {what}"),
             expected=f"a line of names, then a line a {what}",
         )
     header, rows = numbered[0], tuple(numbered[1:])
@@ -129,7 +129,7 @@ def table_of(
             raise FileError(
                 Location(name, k + first, 1),
                 what,
-                got=f"{len(fields)} fields",
+                got=Words(f"{len(fields)} fields"),
                 expected=f"{len(headings)}, one for each name in line {header + first}",
             )
         row = [_number(fields[column.place], comma) for column in columns]
@@ -214,7 +214,7 @@ def _columns_of(
         unit = (match["unit"] or "").strip()
         if others is not OtherColumns.REFUSED and not unit and units[name]:
             example = f"one in brackets, as {name} [{units[name]}]"
-            raise FileError(at, f"unit of {name}", got="none", expected=example)
+            raise FileError(at, f"unit of {name}", got=Words("none"), expected=example)
         columns.append(Column(name, place, unit, _factor(at, name, unit, units[name]), at))
     return columns, places, passed
 
@@ -273,7 +273,7 @@ def posture_columns(
         heading = table.lines[table.header]
         raise FileError(at, "names of columns", got=heading, expected=expected)
     if len(kinds) > 1:
-        raise FileError(at, "postures", got="joints and poses", expected="one kind of them")
+        raise FileError(at, "postures", got=Words("joints and poses"), expected="one kind of them")
     absent = [name for name in joints if name not in names]
     if kinds[0] != poses and absent:
         got = Words(f"no column of {', '.join(absent)}")

@@ -14,7 +14,7 @@ import numpy as np
 from robostiff.analysis.maps import PoseList
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, Mapped, coordinate_units
 from robostiff.analysis.maps.store import damaged, open_map
-from robostiff.errors import FileError, InputError, Location, needs_extra
+from robostiff.errors import FileError, InputError, Location, Words, needs_extra
 from robostiff.io.child_process import READ_HDF5, ProcessLimits, answer_of
 from robostiff.io.csv_table import read_table
 from robostiff.model import Snapshot
@@ -246,6 +246,8 @@ def read_poses(robot: Mapped | Snapshot, path: str | os.PathLike[str]) -> PoseLi
     if time is not None and path_length is not None:
         raise FileError(place, "columns time and s", expected="one of them")
     if not si:
-        raise FileError(place, "columns", got="no coordinate", expected="at least one, such as x")
+        raise FileError(
+            place, "columns", got=Words("no coordinate"), expected="at least one, such as x"
+        )
     poses = np.stack(list(si.values()), axis=-1)
     return PoseList(list(si), poses, time=time, path_length=path_length)

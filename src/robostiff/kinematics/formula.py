@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.closure.body import (
@@ -262,7 +262,7 @@ class _Layout(ChainWalk):
         if place in self.closed.ball_axes:
             raise InputError(
                 f"coordinate of {freedom.name!r}",
-                got="a spherical joint of a leg in closed form",
+                got=Words("a spherical joint of a leg in closed form"),
                 expected="a joint about one axis",
                 hint="give limits to the joints that are driven",
             )
@@ -317,7 +317,7 @@ def place_leg(
     if form is None:
         raise InputError(
             f"leg {leg.name!r}",
-            got="a leg without a closed form",
+            got=Words("a leg without a closed form"),
             expected="a strut, a rod on a slide or a crank, or a post with one joint",
             hint="close it by its solver and write place_leg_at_joints(leg, q)",
         )

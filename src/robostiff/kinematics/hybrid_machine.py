@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics.closure.loops import (
     determine_pose,
@@ -68,7 +68,7 @@ class Module:
         if any(chain.is_coupled for chain in chains):
             raise InputError(
                 f"module {self.name!r}",
-                got="coupled joints",
+                got=Words("coupled joints"),
                 expected="joints that move by themselves",
                 hint="write the whole machine as a model file, with its couplings",
             )
@@ -78,7 +78,7 @@ class Module:
             if robot.laws:
                 raise InputError(
                     f"module {self.name!r}",
-                    got=f"force laws of {', '.join(robot.laws)}",
+                    got=Words(f"force laws of {', '.join(robot.laws)}"),
                     expected="drives with stiffnesses alone",
                     hint="give the laws to the machine: replace(machine, laws={...})",
                 )
@@ -163,7 +163,7 @@ def hybrid_machine(
         if not isinstance(module, Module):
             raise InputError(f"modules[{i}]", got=module, expected="a Module(name, part, mount)")
     if not modules:
-        raise InputError("modules", got="none", expected="at least one Module")
+        raise InputError("modules", got=Words("none"), expected="at least one Module")
     names = [module.name for module in modules]
     if len(set(names)) < len(names):
         raise InputError("names of the modules", got=names, expected="each name once")

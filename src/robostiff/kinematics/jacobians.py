@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robostiff.elasticity import Elasticity
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.model import (
     Actuated,
@@ -132,7 +132,7 @@ def _plain(leg: PlacedLeg) -> Iterator[PlacedFreedom | PlacedSpring]:
         if isinstance(element, PlacedBlock):
             raise InputError(
                 f"leg {leg.name!r}",
-                got=f"the parallel block {element.name!r}",
+                got=Words(f"the parallel block {element.name!r}"),
                 expected="joints and springs in series",
                 hint="write stiffness(robot) or derive(robot), which support blocks",
             )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.model import Actuated, Robot
 from robostiff.spatial import as_floats
@@ -83,7 +83,7 @@ def coordinates_of_drives(
         words = f"{n} finite numbers in the last axis: {' '.join(inputs)}, one pose a row"
         rows = as_floats(subject, given, words, units)
         if rows.shape[-1:] != (n,):
-            raise InputError(subject, got=f"shape {rows.shape}", expected=words)
+            raise InputError(subject, got=Words(f"shape {rows.shape}"), expected=words)
         return rows
     parts, start, unit_of = dict(drives), 0, {}
     for name, own in drives.items():
@@ -97,12 +97,14 @@ def coordinates_of_drives(
         numbers = as_floats(f"coordinates of {name!r}", value, words, unit_of[name])
         parts[name] = numbers[..., None] if size == 1 else numbers
         if parts[name].shape[-1:] != (size,):
-            raise InputError(subject, got=f"shape {numbers.shape}", expected=words)
+            raise InputError(subject, got=Words(f"shape {numbers.shape}"), expected=words)
     try:
         batch = np.broadcast_shapes(*(own.shape[:-1] for own in parts.values()))
     except ValueError:
         shapes = ", ".join(f"{own.shape[:-1]} of {name!r}" for name, own in parts.items())
-        raise InputError(subject, got=shapes, expected="as many poses for each joint") from None
+        raise InputError(
+            subject, got=Words(shapes), expected="as many poses for each joint"
+        ) from None
     each = [np.broadcast_to(own, (*batch, own.shape[-1])) for own in parts.values()]
     return np.concatenate([np.zeros((*batch, 0)), *each], axis=-1)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.errors import InputError, warn_of_slip
+from robostiff.errors import InputError, Words, warn_of_slip
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.frames import PlacedChain, place_chain
@@ -210,7 +210,7 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     if isinstance(pose, JointCoordinates):
         raise InputError(
             f"pose of {robot.name!r}",
-            got="joint coordinates",
+            got=Words("joint coordinates"),
             expected="a platform pose: joint coordinates pose serial arms only",
             hint="ActuatorCoordinates([...]) gives those of the actuated joints alone",
         )
@@ -424,7 +424,7 @@ def _check_plane(robot: Robot, rows: np.ndarray, home: np.ndarray) -> None:
         kept = ", ".join(f"{ALL_COORDINATES[k].value} = {home[k]:g}" for k in out)
         raise InputError(
             f"pose of the planar robot {robot.name!r}",
-            got="a pose out of its plane",
+            got=Words("a pose out of its plane"),
             expected=f"{kept}, as at home",
             hint="write x y rz alone",
         )

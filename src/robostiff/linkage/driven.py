@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.closure.body import tidied, tidied_point
@@ -212,7 +212,7 @@ class DrivenLinkage:
                 return found[:COUNT]
         raise InputError(
             f"driven joints of {self.part.name!r}",
-            got=f"{', '.join(self.drives)}: loops that do not close around home",
+            got=Words(f"{', '.join(self.drives)}: loops that do not close around home"),
             expected="joints that may be driven independently of one another",
             hint="give fewer, joints=(...), or another home",
         )
@@ -286,7 +286,7 @@ def closed_at(linkage: Linkage, values: DriveValues | None = None) -> tuple[Link
         row = driven.rows(values)
         if row.size != len(driven.inputs):
             subject, expected = f"driven joints of {linkage.name!r}", "one configuration"
-            raise InputError(subject, got=f"shape {row.shape}", expected=expected)
+            raise InputError(subject, got=Words(f"shape {row.shape}"), expected=expected)
     (found,) = driven.at(row.reshape(1, -1))
     if not found.is_closed:
         raise NoAnswerError(

@@ -9,7 +9,7 @@ from itertools import chain
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.kinematics import PlacedChain, place_chain
 from robostiff.kinematics.masses_and_springs import placed_with_masses
 from robostiff.kinematics.spanning_tree import branches, connected_parts, spanning_tree
@@ -50,7 +50,7 @@ def essential(linkage: Linkage) -> Linkage:
     if places[linkage.base][0] == places[linkage.platform][0]:
         raise InputError(
             f"platform {linkage.platform!r}",
-            got=f"a body that is fixed to the base {linkage.base!r}",
+            got=Words(f"a body that is fixed to the base {linkage.base!r}"),
             expected="one that joints or elastic parts connect with the base",
         )
     kept = []
@@ -96,7 +96,7 @@ def welded_places(linkage: Linkage) -> dict[str, tuple[str, Frame]]:
             if max(apart) > _APART:
                 raise InputError(
                     f"weld {weld.name!r} between {weld.a!r} and {weld.b!r}",
-                    got="bodies that are fixed to each other elsewhere, in another place",
+                    got=Words("bodies that are fixed to each other elsewhere, in another place"),
                     expected="a weld that fits",
                 )
     return places
@@ -176,7 +176,7 @@ def _with(
     if not {linkage.base, linkage.platform} <= ends:
         raise InputError(
             f"platform {linkage.platform!r}",
-            got=f"nothing between it and the base {linkage.base!r}",
+            got=Words(f"nothing between it and the base {linkage.base!r}"),
             expected="joints or elastic parts that connect them",
             hint="floating joints connect nothing",
         )
@@ -340,7 +340,7 @@ def _coupled(legs: Sequence[Leg], couplings: Sequence[Coupling]) -> tuple[Leg, .
         if not fits:
             raise InputError(
                 f"joints {', '.join(map(repr, sorted(names)))}",
-                got="joints of different legs, one of which follows the other",
+                got=Words("joints of different legs, one of which follows the other"),
                 expected=f"joints of one leg, or a role of its own for {one.terms[0][0]!r}",
             )
         of_leg.setdefault(fits[0], []).append(one)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen
 from robostiff.model.checks import vector3
 from robostiff.spatial import as_float
@@ -82,7 +82,7 @@ class BodySpring:
             raise InputError(f"ends of {subject}", got=self.between, expected="two BodyPoint")
         if ends[0].body == ends[1].body:
             raise InputError(
-                f"bodies of {subject}", got=f"{ends[0].body!r} twice", expected="two bodies"
+                f"bodies of {subject}", got=Words(f"{ends[0].body!r} twice"), expected="two bodies"
             )
         object.__setattr__(self, "between", ends)
         if (self.free_length is None) == (self.preload is None):
@@ -118,7 +118,7 @@ def refuse_springs(name: str, springs: Sequence[Any], subject: str) -> None:
     if springs:
         raise InputError(
             f"{subject} of {name!r}",
-            got=f"springs between bodies: {', '.join(spring.name for spring in springs)}",
+            got=Words(f"springs between bodies: {', '.join(spring.name for spring in springs)}"),
             expected="a robot of legs alone: those springs act under finite loads",
             hint="rs.equilibrium(robot, pose).K has them; robot.with_springs() has none",
         )

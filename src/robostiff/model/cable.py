@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen
 from robostiff.model.checks import check_distinct, vector3
 from robostiff.model.subject import Coordinate, Subject, pose_coordinates
@@ -65,7 +65,7 @@ class Cable:
         if self.EA is None and self.winch_stiffness is None:
             raise InputError(
                 f"cable {self.name!r}",
-                got="no elasticity",
+                got=Words("no elasticity"),
                 expected="EA or winch_stiffness, or both",
                 hint="without them the cable is infinitely stiff",
             )
@@ -156,7 +156,9 @@ class CableRobot(Subject):
         object.__setattr__(self, "home", Frame.of(self.home))
         object.__setattr__(self, "cables", tuple(self.cables))
         if not self.cables:
-            raise InputError(f"cable robot {self.name!r}", got="no cable", expected="at least one")
+            raise InputError(
+                f"cable robot {self.name!r}", got=Words("no cable"), expected="at least one"
+            )
         names = self.cable_names
         check_distinct("names of the cables", names)
         if not 0 <= self.tension_level <= 1:
@@ -165,14 +167,14 @@ class CableRobot(Subject):
         if self.tension_level > 0 and unbounded:
             raise InputError(
                 "tension level",
-                got=f"{self.tension_level:g}, and no greatest tension of {unbounded[0]!r}",
+                got=Words(f"{self.tension_level:g}, and no greatest tension of {unbounded[0]!r}"),
                 expected="a greatest tension of every cable, between which and the least it lies",
             )
         without = [cable.name for cable in self.cables if cable.tension is None]
         if 0 < len(without) < len(self.cables):
             raise InputError(
                 "given tensions",
-                got=f"none of {', '.join(without)}",
+                got=Words(f"none of {', '.join(without)}"),
                 expected="a tension of every cable, or of none",
             )
         if self.space is not Space.PLANAR:
@@ -183,7 +185,7 @@ class CableRobot(Subject):
             if max(abs(end - z) for end in ends) > _IN_PLANE:
                 raise InputError(
                     f"cable {cable.name!r} of a planar robot",
-                    got=f"from z = {ends[0]:g} to {ends[1]:g} m",
+                    got=Words(f"from z = {ends[0]:g} to {ends[1]:g} m"),
                     expected=f"a cable in the plane z = {z:g} m",
                     hint="leave planar: out for a robot in space",
                 )

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.model.checks import check_distinct, coordinate_array, vector3
 from robostiff.model.coupled_joints import Coupling, Transmission, transmission
@@ -155,7 +155,7 @@ class Chain:
 
     def __post_init__(self) -> None:
         if not self.elements:
-            raise InputError("chain", got="no element", expected="at least one element")
+            raise InputError("chain", got=Words("no element"), expected="at least one element")
         object.__setattr__(self, "couplings", tuple(self.couplings))
         # Each element gets a name of its own; joints that have theirs alone keep it.
         coupled = {name for coupling in self.couplings for name, _ in coupling.terms}

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.model.joint import Actuated, Joint, Locked, Passive
 from robostiff.spatial import as_float
@@ -71,7 +71,7 @@ class Coupling:
         if isinstance(self.role, Passive):
             raise InputError(
                 f"role of the {subject}",
-                got="passive",
+                got=Words("passive"),
                 expected="locked, or actuated where a drive moves the sum",
             )
         object.__setattr__(self, "terms", terms)
@@ -215,7 +215,7 @@ def _follower(
     if not any(isinstance(joints[name][1].role, Passive) for name in factors):
         raise InputError(
             f"roles of {', '.join(map(repr, factors))} in {relation.name!r}",
-            got="no passive joint",
+            got=Words("no passive joint"),
             expected="role: passive of a joint that follows the others",
         )
     in_order = [*factors, *(name for name in row if name not in factors)]
@@ -229,7 +229,7 @@ def _follower(
     if not candidates:
         raise InputError(
             relation.name,
-            got="a relation that follows from the others, or contradicts them",
+            got=Words("a relation that follows from the others, or contradicts them"),
             expected="at most one coupling for each passive joint, none a sum of others",
             hint="leave it out",
         )
@@ -239,7 +239,7 @@ def _follower(
     kind, unit = ("joint that turns", "an angle") if turns else ("slide", "a length")
     raise InputError(
         f"roles in {relation.name!r}",
-        got="passive joints of the other kind only",
+        got=Words("passive joints of the other kind only"),
         expected=f"a passive {kind}, as the sum is {unit}",
         hint="write first a joint that is passive",
     )

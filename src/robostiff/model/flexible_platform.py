@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robostiff.elasticity import BeamTheory, CrossSection, Elasticity, Material
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.model.batched import BatchedPart
 from robostiff.model.checks import check_distinct, vector3
@@ -108,7 +108,7 @@ class FlexiblePlatform:
         if loose or not self.parts:
             raise InputError(
                 "nodes of the platform",
-                got=f"{', '.join(loose) or self.tool} without connection to the others",
+                got=Words(f"{', '.join(loose) or self.tool} without connection to the others"),
                 expected=f"beams, springs or rigid members from every node to {self.tool!r}",
             )
 
@@ -176,7 +176,7 @@ def platform_beam(
     if not np.any(to):
         raise InputError(
             f"beam {name!r} of the platform",
-            got=f"nodes {a.name!r} and {b.name!r} at one place",
+            got=Words(f"nodes {a.name!r} and {b.name!r} at one place"),
             expected="nodes at different places",
         )
     link = beam_link(to, material, section, y_axis=y_axis, theory=theory, name=name)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.elasticity.checks import Bounds
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.model.batched import BatchedPart
 from robostiff.model.checks import vector3
@@ -195,7 +195,7 @@ def masses_of(value: Any) -> tuple[Mass, ...]:
         if mass.point is not None:
             raise InputError(
                 f"mass {mass.name!r} of a part",
-                got=f"a point in the world, {mass.point.tolist()}",
+                got=Words(f"a point in the world, {mass.point.tolist()}"),
                 expected="its centre in the frame in which the part begins [m]",
                 hint="write Mass(2, centre=[0, 0, 0.1])",
             )

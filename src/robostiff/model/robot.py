@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen, replace
 from robostiff.model.body_spring import BodySpring, refuse_springs
 from robostiff.model.chain import Chain
@@ -76,7 +76,7 @@ class Leg:
         if not self.chain.has_compliance:
             raise InputError(
                 f"leg {self.name!r}",
-                got="no compliance at all",
+                got=Words("no compliance at all"),
                 expected="an elastic link, or a joint with a stiffness",
                 hint="a rigid leg is infinitely stiff: give its actuator or a link elasticity",
             )
@@ -154,7 +154,9 @@ class Robot(Symbolic, Subject):
         if self.home is not None:
             object.__setattr__(self, "home", Frame.of(self.home))
         if not self.legs:
-            raise InputError(f"robot {self.name!r}", got="no leg", expected="at least one leg")
+            raise InputError(
+                f"robot {self.name!r}", got=Words("no leg"), expected="at least one leg"
+            )
         check_distinct("names of the legs", [leg.name for leg in self.legs])
         if not any(leg.chain.has_compliance for leg in self.legs) and not self.springs:
             self.legs[0].check_has_compliance()
@@ -216,7 +218,7 @@ class Robot(Symbolic, Subject):
         if self.platform is not None:
             raise InputError(
                 f"{subject} of {self.name!r}",
-                got="a flexible platform",
+                got=Words("a flexible platform"),
                 expected="a rigid one",
                 hint="rs.stiffness, rs.compile, rs.derive and rs.equilibrium take flexible ones",
             )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.model.chain import Chain, Element
 from robostiff.model.checks import check_distinct
@@ -200,7 +200,9 @@ def _checked_rows(dh: Sequence[DHRow]) -> list[DHRow]:
                 "order of the four",
             )
     if not rows:
-        raise InputError("table of Denavit and Hartenberg", got="no row", expected="a row a joint")
+        raise InputError(
+            "table of Denavit and Hartenberg", got=Words("no row"), expected="a row a joint"
+        )
     names = [row.name or f"joint{number}" for number, row in enumerate(rows, start=1)]
     check_distinct("names of the joints", names)
     if not any(is_formula(getattr(row, key)) for row in rows for key in _UNITS):
@@ -223,7 +225,7 @@ def _one_a_joint(subject: str, value: Any, count: int) -> Iterator[Any]:
     if len(values) != count:
         raise InputError(
             subject,
-            got=f"{len(values)} for {count} joints",
+            got=Words(f"{len(values)} for {count} joints"),
             expected="one for each row of the table",
             hint="write None for a joint without",
         )

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.spatial import as_floats
 from robostiff.spatial.formula import is_formula
@@ -135,7 +135,7 @@ def _value(coefficients: Sequence[Any], x: Any) -> Any:
 def _refuse(x: float, k: float) -> None:
     raise InputError(
         "stiffness of a drive by its coordinate",
-        got=f"{k:g} at {x:g} [m or rad], within its limits",
+        got=Words(f"{k:g} at {x:g} [m or rad], within its limits"),
         expected="a positive one between the limits of the drive",
     )
 
@@ -195,13 +195,13 @@ class ForceLaw:
         if not np.isfinite(resting) or abs(resting) > _NONE * size:
             raise InputError(
                 "force law",
-                got=f"a force of {resting:g} without motion",
+                got=Words(f"a force of {resting:g} without motion"),
                 expected="none",
                 hint="write what pushes at the unloaded posture as preload",
             )
         if not np.isfinite(k) or k < 0:
             raise InputError(
-                "force law", got=f"stiffness {k:g} without motion", expected="zero or more"
+                "force law", got=Words(f"stiffness {k:g} without motion"), expected="zero or more"
             )
 
     def at(self, q: float) -> float:
@@ -245,7 +245,7 @@ def _of_formula(force: Any) -> tuple[Callable[[float], float], ...]:
         if not error <= _INEXACT * largest:
             raise InputError(
                 "energy of a force law",
-                got=f"{force}, uncertain by {error:.1g} J after a motion of {end:g}",
+                got=Words(f"{force}, uncertain by {error:.1g} J after a motion of {end:g}"),
                 expected="a law that can be integrated, with at most some kinks",
             )
         return stored

@@ -19,7 +19,7 @@ from robostiff.elasticity import (
     uniform_beam,
 )
 from robostiff.elasticity.beam import DEFAULT_THEORY, compliance_in_series
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen
 from robostiff.model import PlacedFreedom, PlacedMass, beam_axes
 from robostiff.model.checks import vector3
@@ -242,7 +242,7 @@ def beam_between(
     if along @ along == 0.0:
         raise InputError(
             f"beam {name!r} from {a.name!r} to {b.name!r}",
-            got="two nodes at one point",
+            got=Words("two nodes at one point"),
             expected="nodes at different points",
         )
     if not (isinstance(material, Material) and isinstance(section, CrossSection)):
@@ -406,7 +406,7 @@ def beam_load(beam: BeamElement, loads: Sequence[DistributedForce | ForceOnBeam]
         if own is None or abs(own.length - beam.length) > _ROUNDING * beam.length:
             raise InputError(
                 f"beam {beam.name!r} with a load between its ends",
-                got="a compliance that is not that of a uniform beam",
+                got=Words("a compliance that is not that of a uniform beam"),
                 expected="one section along the beam, its axes principal",
                 hint="divide the beam into pieces, and load their ends",
             )

@@ -11,7 +11,7 @@ import numpy as np
 
 from robostiff.elastostatics import Tolerance, matrix_length, scaling, transmitted_wrenches
 from robostiff.elastostatics.tolerance import check_compliance_in_plane, check_joints_in_plane
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.network.elements import (
@@ -321,7 +321,9 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
     """
     if not any(network.elements):
         raise InputError(
-            f"network {network.name!r}", got="no element", expected="beams, springs or joints"
+            f"network {network.name!r}",
+            got=Words("no element"),
+            expected="beams, springs or joints",
         )
     # The middle of the attachments of each body; for the platform the reference point, if near.
     numbers, attached = network.attachments

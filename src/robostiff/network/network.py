@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.model import (
     CoupledFreedom,
@@ -107,7 +107,7 @@ class Network(FrozenSubject):
                     f"nodes of {element.name!r}", got=element.a, expected="two different nodes"
                 )
         if not self.fixed:
-            raise InputError("fixed nodes", got="none", expected="at least one")
+            raise InputError("fixed nodes", got=Words("none"), expected="at least one")
         if self.platform in self.fixed:
             raise InputError("platform", got=self.platform, expected="a node that is not fixed")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robostiff.analysis import Deflection
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.markup import percent, prefixed, quantity, short
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.picture import Bars, Category, Curve, Curves, Panel, PlainColour, Series
@@ -141,7 +141,7 @@ def comparison(
     if one.space is not other.space:
         raise InputError(
             "comparison of two designs",
-            got=f"matrices of {one.space.size} and {other.space.size} rows",
+            got=Words(f"matrices of {one.space.size} and {other.space.size} rows"),
             expected="two of one size",
         )
     called = names or (one.name, other.name)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.markup import number, percent, short
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
 from robostiff.plot.map_selection import CLASSES, At, checked_map, select
@@ -82,7 +82,7 @@ def map_slice(
     for name, axis in ((y, rows), (x, columns)):
         if len(axis.values) < 2:
             raise InputError(
-                f"coordinate {name!r} of a slice", got="one value", expected="two or more"
+                f"coordinate {name!r} of a slice", got=Words("one value"), expected="two or more"
             )
     if variable in CLASSES:
         picture = Field(f"{part.title}, {variable}", columns, rows, part.values, None, part.regions)
@@ -167,7 +167,7 @@ def map_overview(
     if not axes:
         raise InputError(
             "map of a plot",
-            got="a single pose, or all coordinates cut",
+            got=Words("a single pose, or all coordinates cut"),
             expected="poses over a coordinate or two, or a list of poses",
         )
     for name in axes[2:]:

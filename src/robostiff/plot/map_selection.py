@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robostiff.analysis.maps.variables import status_flags, status_words
-from robostiff.errors import InputError, needs_extra, warn_of_slip
+from robostiff.errors import InputError, Words, needs_extra, warn_of_slip
 from robostiff.frozen import frozen
 from robostiff.markup import number, prefixed, short
 from robostiff.plot.picture import REGIONS, Category, PlotAxis, Region
@@ -125,7 +125,7 @@ def select(
         wanted = f"{middle:.6g}" if isinstance(middle, float) else repr(middle)
         raise InputError(
             f"part of the map of {variable!r} to be drawn",
-            got=f"nothing about {', '.join(open_dims)}",
+            got=Words(f"nothing about {', '.join(open_dims)}"),
             expected=f"a choice: {dim} has {_choices(dataset, array, dim)}",
             hint=f"write at={{{dim!r}: {wanted}}}",
         )
@@ -140,7 +140,7 @@ def select(
         if full_rank is None and "wrench_order" not in dataset.attrs:
             raise InputError(
                 "rank of a regular pose",
-                got="a map that does not say whether its robot is planar",
+                got=Words("a map that does not say whether its robot is planar"),
                 expected="full_rank=3 for a planar robot, full_rank=6 for others",
             )
         full = len(str(dataset.attrs.get("wrench_order", "")).split())

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Linkage
 from robostiff.markup import quantity, short
@@ -187,7 +187,7 @@ def motion_of(posed: Snapshot | Network, bent: Deflection) -> Motions:
     if bent.work_of_loads is not None:
         raise InputError(
             subject,
-            got="one with forces or weights at bodies",
+            got=Words("one with forces or weights at bodies"),
             expected="one under a wrench on the platform",
             hint="the shape is drawn of rs.deflection(robot, pose, wrench) without loads, gravity",
         )
@@ -196,7 +196,7 @@ def motion_of(posed: Snapshot | Network, bent: Deflection) -> Motions:
     if points.shape != others.shape or np.abs(points - others).max() > _MISSED * outline.size:
         raise InputError(
             subject,
-            got=f"that of {bent.stiffness.name!r} at another pose",
+            got=Words(f"that of {bent.stiffness.name!r} at another pose"),
             expected="the deflection of this robot at this pose",
             hint="give both functions the same pose",
         )

@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.analysis import CableStiffness, stiffness
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import field, frozen, replace
 from robostiff.kinematics import Near
 from robostiff.linkage import Linkage
@@ -346,7 +346,9 @@ def placed(machine: Machine, pose: Any = None, near: Near = None) -> Posed:
     result: Any = stiffness(cast("Robot", machine), pose, near=near)
     if result.batch_shape:
         raise InputError(
-            "pose of a plot", got=f"poses of shape {result.batch_shape}", expected="a single pose"
+            "pose of a plot",
+            got=Words(f"poses of shape {result.batch_shape}"),
+            expected="a single pose",
         )
     if isinstance(result, CableStiffness):
         return result
@@ -378,7 +380,7 @@ def single_stiffness(result: object, what: str) -> AnyStiffness:
     if result.batch_shape:
         raise InputError(
             f"stiffness for {what}",
-            got=f"poses of shape {result.batch_shape}",
+            got=Words(f"poses of shape {result.batch_shape}"),
             expected="a single pose",
             hint="write result[0]",
         )

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen
 from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Record, is_number, is_zero, least_size, most_size, shortened
@@ -338,7 +338,7 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
                 break  # internal stress between rigid branches
             raise InputError(
                 f"leg {leg!r}",
-                got="a transmitted wrench that meets no compliance",
+                got=Words("a transmitted wrench that meets no compliance"),
                 expected="elasticity on every path that carries a load",
                 hint="give a link or an actuator of the leg its elasticity",
             )

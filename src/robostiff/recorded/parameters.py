@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, Posture, PostureFinder, posture_finder
 from robostiff.model import Robot, with_entries
@@ -131,7 +131,7 @@ def sample_postures(finder: PostureFinder, seed: int | None = None, nearer: int 
         spread *= 0.2
     raise InputError(
         f"home pose of {finder.robot.name!r}",
-        got="poses around it that the legs do not reach",
+        got=Words("poses around it that the legs do not reach"),
         expected="a home pose with room around it",
         hint="free coordinates that the legs fix belong out of `coordinates`",
     )
@@ -208,7 +208,7 @@ def coordinates_at_home(robot: Robot, finder: PostureFinder) -> list[float | Ent
     if turns_at_home(robot) and not {3, 4, 5} <= set(robot.coordinate_places):
         raise InputError(
             f"parameters of {robot.name!r}",
-            got="one that turns the platform at home",
+            got=Words("one that turns the platform at home"),
             expected="parameters that leave the rotation of the platform at home alone",
             hint="leave that parameter at its nominal value",
         )

@@ -26,7 +26,7 @@ from robostiff.analysis.indices import StiffnessIndices, indices
 from robostiff.analysis.result import require_one_pose
 from robostiff.analytic import AtHome, RobotDerivation
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError, NoAnswerError, PlausibilityWarning
+from robostiff.errors import InputError, NoAnswerError, PlausibilityWarning, Words
 from robostiff.frozen import field, frozen
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Linkage, closed_at
@@ -263,12 +263,12 @@ def report_contents(
             raise InputError("robot of the map", got=str(of), expected=repr(robot.name))
         raise InputError(
             "map of a report",
-            got="a dataset without the name of a robot",
+            got=Words("a dataset without the name of a robot"),
             expected="a dataset from rs.stiffness_map or robostiff map",
         )
     if finite and (wrench is None or not np.any(np.asarray(wrench, dtype=float))):
         raise InputError(
-            "finite loads of a report", got="no wrench", expected="a wrench other than zero"
+            "finite loads of a report", got=Words("no wrench"), expected="a wrench other than zero"
         )
     base |= {"robot": robot, "found": found}
     if isinstance(robot, CableRobot):

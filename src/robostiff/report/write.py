@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis import CableStiffness
 from robostiff.analytic.export.documents import TYPST_DERIVATIONS, typst_pdf
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError, needs_extra
+from robostiff.errors import InputError, Words, needs_extra
 from robostiff.kinematics import Near, Pose
 from robostiff.linkage import Linkage
 from robostiff.markup import (
@@ -438,7 +438,7 @@ def report_path(path: str | Path) -> Path:
             "file of a report", got=str(path), expected="a name that ends in .html or .pdf"
         )
     if path.is_dir():
-        raise InputError("file of a report", got=f"the directory {path}", expected="a file")
+        raise InputError("file of a report", got=Words(f"the directory {path}"), expected="a file")
     if not path.parent.is_dir():
         raise InputError(
             "directory of a report",

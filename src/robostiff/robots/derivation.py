@@ -15,7 +15,7 @@ from robostiff.analytic import (
     derive_robot,
 )
 from robostiff.analytic.budget import BUDGET
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.io.model_file import ParameterChoice
 from robostiff.model import Robot
 from robostiff.robots import load, robot_of_legs
@@ -132,7 +132,7 @@ def derive(
     elif symbols is not None:
         raise InputError(
             "symbols of a formula",
-            got=f"names beside the loaded robot {robot.name!r}",
+            got=Words(f"names beside the loaded robot {robot.name!r}"),
             expected="a robot that was loaded with its symbols",
             hint='write derive(load("NAME", symbols=(...))), or derive("NAME", symbols=(...))',
         )

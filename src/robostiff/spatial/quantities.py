@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 
 #: SI unit of all entries, or of the entries of the last axis; by the length of that axis where it
 #: says what the entries are.
@@ -129,7 +129,7 @@ def _of_entries(subject: str, count: int, expected: str, units: Any) -> Sequence
     if isinstance(units, Mapping):
         units = units.get(count, ())
     if len(units) != count:
-        raise InputError(subject, got=f"{count} entries in the last axis", expected=expected)
+        raise InputError(subject, got=Words(f"{count} entries in the last axis"), expected=expected)
     return units
 
 

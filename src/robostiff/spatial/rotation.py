@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.spatial.batch import empty_batch
 from robostiff.spatial.formula import exact_arrays, formula_array, is_possible
@@ -117,7 +117,7 @@ def rigid_transform(T: np.ndarray) -> RigidTransform:
     except (ImportError, ValueError):
         raise InputError(
             "rigid transforms of SciPy",
-            got=f"SciPy {import_module('scipy').__version__}",
+            got=Words(f"SciPy {import_module('scipy').__version__}"),
             expected="1.17 or newer",
             hint="write pip install 'scipy>=1.17', or take the pose as numbers",
         ) from None
@@ -210,7 +210,7 @@ class Frame:
         if object in (self.R.dtype, self.p.dtype):
             raise InputError(
                 "matrix of a frame",
-                got="formulas",
+                got=Words("formulas"),
                 expected="numbers",
                 hint="give the symbols values first",
             )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.questions import PosesOfRobot
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.kept import kept, kept_for_last
 from robostiff.kinematics import JointCoordinates, Near
 from robostiff.linkage import Linkage
@@ -122,7 +122,7 @@ def equilibrium(
     if wrench is not None and displacement is not None:
         raise InputError(
             "wrench and displacement of an equilibrium",
-            got="both",
+            got=Words("both"),
             expected="one of them: the other follows",
         )
     acting = Acting(loads, gravity, preload, beams, at, laws or {})

@@ -13,7 +13,7 @@ from robostiff.analysis import PartShare
 from robostiff.analysis.cable_stiffness import beyond_limits
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.status import WITHOUT_STIFFNESS, StatusOfPoses
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import field, frozen, replace
 from robostiff.markup import InNotebooks
 from robostiff.model import Snapshot
@@ -126,7 +126,9 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         """
         if self.batch_shape:
             raise InputError(
-                f"equilibria of {self.name!r}", got=f"{len(self)} of them", expected="one: [i]"
+                f"equilibria of {self.name!r}",
+                got=Words(f"{len(self)} of them"),
+                expected="one: [i]",
             )
         return self.solutions[int(self.rows)]
 

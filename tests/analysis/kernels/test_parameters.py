@@ -141,7 +141,7 @@ def test_rates_of_an_arm_with_a_length_hold_its_joints_and_not_its_pose():
     exact = found.evaluate(rs.JointCoordinates(q)).values["dK/dfore"][0]
     np.testing.assert_allclose(exact, slope, rtol=1e-7, atol=1e-8 * np.abs(slope).max())
     pose = rs.find_posture(robot.numeric, rs.JointCoordinates(q)).pose
-    with pytest.raises(rs.InputError, match=r"dK/dfore of 'six-joint-arm': got 'poses"):
+    with pytest.raises(rs.InputError, match=r"dK/dfore of 'six-joint-arm': got poses"):
         found.evaluate(pose)
     of_joint = rs.compile(robot, [rs.Derivative(rs.StiffnessMatrix(), "q0")])
     assert np.isfinite(of_joint.evaluate(pose).values["dK/dq0"]).all()

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.elastostatics import DEFAULT_TOLERANCE
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.network import Equations, Motion, Network, equations_of, held_coordinates, redundancy
 from robostiff_interop.ascii_name import in_one_ascii_line
 
@@ -131,7 +131,7 @@ class _CalculixModel:
         if len(A) > _MOST_EQUATIONS:
             raise InputError(
                 f"network {self.equations.network.name!r} for CalculiX",
-                got=f"{len(A)} equations of rigid parts and joints",
+                got=Words(f"{len(A)} equations of rigid parts and joints"),
                 expected=f"{_MOST_EQUATIONS} at most",
                 hint="write it for OpenSees",
             )

@@ -16,7 +16,7 @@ import numpy as np
 
 from robostiff.elasticity import UniformBeam, uniform_beam
 from robostiff.elastostatics import DEFAULT_TOLERANCE
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.network import (
     BeamElement,
     JointElement,
@@ -129,7 +129,7 @@ def opensees_commands(network: Network, stiff: float = STIFF) -> list[OpenSeesCo
     if network.couplings:
         raise InputError(
             f"OpenSees script of {network.name!r}",
-            got=f"coupled joints: {', '.join(repr(own.name) for own in network.couplings)}",
+            got=Words(f"coupled joints: {', '.join(repr(own.name) for own in network.couplings)}"),
             expected="joints that move by themselves",
         )
     equations = equations_of(network, DEFAULT_TOLERANCE)
@@ -231,7 +231,7 @@ def _add_beam(
 def _no_beam(subject: str) -> InputError:
     return InputError(
         f"{subject} for OpenSees",
-        got="a matrix with entries off its diagonal, as of a tapered beam",
+        got=Words("a matrix with entries off its diagonal, as of a tapered beam"),
         expected="a uniform beam, or a spring along its own axes",
         hint="OpenSees has no element for a 6 x 6 matrix; CalculiX has",
     )
@@ -260,7 +260,7 @@ def _add_joint(model: _Model, joint: JointElement) -> None:
         if len(along) != 1 or freedom.pitch or apart:
             raise InputError(
                 f"joint {joint.name!r} for OpenSees",
-                got="axes that are oblique, apart, or of a screw",
+                got=Words("axes that are oblique, apart, or of a screw"),
                 expected="perpendicular axes through one point",
                 hint="write a joint for each axis, with a body between them",
             )

@@ -43,7 +43,7 @@ from robostiff.analysis.posed_stiffness import stiffness_by_record
 from robostiff.analysis.result import Stiffness
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, scaling
 from robostiff.elastostatics.status import StatusOfPoses
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.kinematics import Near, Pose
 from robostiff.kinematics.pose import OnePose
@@ -323,7 +323,7 @@ def indices(
     else:
         raise InputError(
             "indices",
-            got="a result of stiffness, and a pose, a point or a posture",
+            got=Words("a result of stiffness, and a pose, a point or a posture"),
             expected="a result alone: it is of its own poses",
             hint="write indices(robot, pose, at=..., near=...)",
         )

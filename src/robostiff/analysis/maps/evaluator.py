@@ -35,7 +35,7 @@ from robostiff.compiled import (
 from robostiff.compiled.codes import chunks_of
 from robostiff.elastostatics import Status
 from robostiff.elastostatics.result import scaled_inverse
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics import find_posture
 from robostiff.linkage import Linkage
@@ -135,7 +135,7 @@ class MapEvaluator:
 
         if isinstance(robot, CableRobot):
             subject = "method of a map of cables"
-            raise InputError(subject, got="Compiled()", expected="Batched(), or none")
+            raise InputError(subject, got=Words("Compiled()"), expected="Batched(), or none")
         if Quantity.ACTUATOR_FORCES in self.quantities:
             raise refused("actuator forces", "other quantities")
         free = tuple(coordinate.value for coordinate in getattr(robot, "coordinates", ()))

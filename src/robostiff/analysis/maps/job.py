@@ -17,7 +17,7 @@ from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.variables import EXCLUDED, Variable, status_flags, status_words
 from robostiff.analysis.record_file import plain
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen
 from robostiff.version import __version__
 
@@ -222,7 +222,7 @@ class MapJob:
         if answer.dtype != bool or answer.shape not in {(), (len(poses),)}:
             raise InputError(
                 "answer of 'where'",
-                got=f"an array of {answer.dtype}, shape {answer.shape}",
+                got=Words(f"an array of {answer.dtype}, shape {answer.shape}"),
                 expected=f"an array of bool, shape ({len(poses)},)",
                 hint='write where=lambda pose: pose["x"]**2 + pose["y"]**2 < 0.01',
             )

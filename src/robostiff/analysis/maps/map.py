@@ -45,7 +45,7 @@ from robostiff.analysis.maps.variables import Quantity
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import given_wrenches
 from robostiff.compiled import Backend
-from robostiff.errors import InputError, NoAnswerError, needs_extra
+from robostiff.errors import InputError, NoAnswerError, Words, needs_extra
 from robostiff.kinematics import Near
 from robostiff.kinematics.pose import near_coordinates
 from robostiff.linkage import Linkage
@@ -175,7 +175,7 @@ def stiffness_map(
     )
     coordinate_arrays(job)  # raises for a name that a map cannot have
     if path is None and resume:
-        raise InputError("store to resume", got="none", expected='such as store="map.zarr"')
+        raise InputError("store to resume", got=Words("none"), expected='such as store="map.zarr"')
     running, count = workforce(workers, scheduler), job.partition.poses
     if reductions:
         check_reductions(reductions, job)
@@ -192,7 +192,9 @@ def stiffness_map(
             blocks = run(arrays.compute, range(len(job.partition)))
             return arrays.dataset(followed(blocks, MapSummary(), count, progress))
     if workers is None:
-        raise InputError("store of a map", got="none", expected="a path that all workers see")
+        raise InputError(
+            "store of a map", got=Words("none"), expected="a path that all workers see"
+        )
     with TemporaryDirectory(prefix="robostiff-map-") as folder:
         path = Path(folder) / "map.zarr"
         _fill(path, job, False, running, progress)
@@ -284,7 +286,7 @@ def checked_job(
     if has_loads and isinstance(robot, Linkage):
         raise InputError(
             "map under load",
-            got=f"linkage {robot.name!r}",
+            got=Words(f"linkage {robot.name!r}"),
             expected="a Robot",
             hint="rs.equilibrium(linkage, values) answers at one configuration",
         )
@@ -374,7 +376,7 @@ def check_room(job: MapJob, path: Path | None) -> None:
     if needed > room:
         raise InputError(
             subject,
-            got=f"{needed / 2**30:.3g} GiB for {job.partition.poses} poses",
+            got=Words(f"{needed / 2**30:.3g} GiB for {job.partition.poses} poses"),
             expected=f"at most {room / 2**30:.3g} GiB, for which there is room",
             hint=hint,
         )

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, read_coordinate
 from robostiff.compiled import uniform_rows
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen
 from robostiff.spatial import as_floats, check_order, holds_quantities
 
@@ -139,7 +139,7 @@ class PoseList(PoseSource):
         except (TypeError, ValueError):
             raise InputError(subject, got=str(poses), expected=expected) from None
         if len(columns) != len(self.names):
-            raise InputError(subject, got=f"{len(columns)} columns", expected=expected)
+            raise InputError(subject, got=Words(f"{len(columns)} columns"), expected=expected)
         readings = [
             read_coordinate(f"{subject}, column {name!r}", list(column), "finite numbers", name)
             for name, column in zip(self.names, columns, strict=True)
@@ -186,7 +186,7 @@ class RandomPoses(PoseSource):
         if not ranges:
             raise InputError(
                 "ranges of random poses",
-                got="none",
+                got=Words("none"),
                 expected="at least one coordinate",
                 hint='write {"x": (-0.1, 0.1)}',
             )
@@ -266,7 +266,7 @@ class Axis:
         if (self.start == self.stop) != (self.count == 1):
             raise InputError(
                 "axis",
-                got=f"{self.count} values from {self.start:g} to {self.stop:g}",
+                got=Words(f"{self.count} values from {self.start:g} to {self.stop:g}"),
                 expected="several values between different ends, or one value and equal ends",
                 hint=f"write Axis({self.start:g}, {self.start:g}, 1) for a single value",
             )
@@ -306,7 +306,10 @@ class Grid(PoseSource):
         self.axes: dict[str, Axis] = {**(axes or {}), **more}
         if not self.axes:
             raise InputError(
-                "grid", got="no axis", expected="at least one", hint="write Grid(x=Axis(0, 1, 11))"
+                "grid",
+                got=Words("no axis"),
+                expected="at least one",
+                hint="write Grid(x=Axis(0, 1, 11))",
             )
         for name, axis in self.axes.items():
             if not isinstance(axis, Axis):

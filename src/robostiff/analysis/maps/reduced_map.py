@@ -31,7 +31,7 @@ from robostiff.analysis.maps.run import Run
 from robostiff.analysis.maps.store import already_there, check_same_map
 from robostiff.analysis.maps.variables import Variable
 from robostiff.analysis.record_file import plain
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.whole_file import whole_file
 
@@ -172,7 +172,7 @@ class ReducedMap:
         ) as error:
             raise InputError(
                 f"file to resume {str(path)!r}",
-                got=f"no state of reductions that is whole ({error})",
+                got=Words(f"no state of reductions that is whole ({error})"),
                 expected="one that was begun by robostiff",
                 hint="use another path",
             ) from None

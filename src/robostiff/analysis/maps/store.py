@@ -37,7 +37,7 @@ from robostiff.analysis.maps.job import (
     variable_attributes,
 )
 from robostiff.analysis.record_file import differences
-from robostiff.errors import InputError, needs_extra
+from robostiff.errors import InputError, Words, needs_extra
 from robostiff.frozen import frozen, replace
 from robostiff.whole_file import whole_file
 
@@ -190,7 +190,7 @@ def locked(path: Path) -> Iterator[None]:
         except (BlockingIOError, PermissionError):  # of POSIX, of Windows
             raise InputError(
                 f"map in {str(path)!r}",
-                got="a store that another process is filling",
+                got=Words("a store that another process is filling"),
                 expected="one process at a time",
                 hint="wait until it has ended, or use another path",
             ) from None

@@ -10,7 +10,7 @@ import numpy as np
 
 from robostiff.analysis.maps.pose_columns import Mapped
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.linkage import Linkage
 from robostiff.model import Actuated
@@ -234,7 +234,7 @@ def _actuator_forces(robot: Mapped) -> Variable:
         ]
     if not forces:
         subject = f"actuator forces of {robot.name!r}"
-        raise InputError(subject, got="no actuated joint", expected="at least one")
+        raise InputError(subject, got=Words("no actuated joint"), expected="at least one")
     names, units = map(tuple, zip(*forces, strict=True))
     return Variable(
         "actuator_force",

@@ -20,7 +20,7 @@ from robostiff.analytic.exact.factors import (
     starts_with_minus,
 )
 from robostiff.analytic.exact.field import ExactField, quotient, shared_field
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.spatial import move_stiffness
 
@@ -83,7 +83,7 @@ def eliminate_exactly(K: ExactMatrix, J: Sequence[Any], limit: int) -> ClosedSta
         if any(not entry.is_zero() for entry in u):
             raise InputError(
                 "stiffness matrix",
-                got="a joint whose motion causes forces but stores no energy, J^T K J = 0",
+                got=Words("a joint whose motion causes forces but stores no energy, J^T K J = 0"),
                 expected="a positive semidefinite matrix",
             )
         return ClosedStage(tuple(u), mu, below, K)

@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 from sympy.core.cache import cacheit
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 
 
@@ -167,7 +167,9 @@ class NamedSteps:
             if pivot == 0:
                 raise InputError(
                     "compliance in steps",
-                    got=f"no stiffness against coordinate {k + 1} where those before it are free",
+                    got=Words(
+                        f"no stiffness against coordinate {k + 1} where those before it are free"
+                    ),
                     expected="a positive definite stiffness",
                 )
             both = [(min(i, k), max(i, k)) for i in range(n)]

@@ -18,7 +18,7 @@ import sympy as sp
 
 from robostiff.analytic.budget import spend
 from robostiff.analytic.exact.definition import Definition
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.record import OPERATORS, Operation, Record
 
@@ -231,7 +231,7 @@ def _value(
         return found
     if expression.is_Number or not expression.args:
         if expression.is_Symbol:
-            raise InputError("values of symbols", got=f"none for {expression}")
+            raise InputError("values of symbols", got=Words(f"none for {expression}"))
         value = number(expression)
     else:
         arguments = [_value(part, known, number, compute) for part in expression.args]

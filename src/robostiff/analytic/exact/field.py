@@ -27,7 +27,7 @@ from robostiff.analytic.exact.element import (
     power_of,
     prepare,
 )
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 
 # Largest denominator [terms] that is tested for zeros caused by an unknown sign of a root.
@@ -224,7 +224,7 @@ class ExactField:
         if norm.is_zero():
             raise InputError(
                 "formula",
-                got=f"a division by {self.polynomial_expression(den)}",
+                got=Words(f"a division by {self.polynomial_expression(den)}"),
                 expected="roots of known signs",
                 hint="declare symbols, such as Symbol('a', positive=True)",
             )

@@ -14,7 +14,7 @@ from robostiff.analytic.exact.definition import Definition, count_of, used_defin
 from robostiff.analytic.export.nomenclature import in_programs
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.reading.rewriting import in_order
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen
 
 #: Products of numbers with more digits exceed the range of doubles. Exact arithmetic on decimals
@@ -185,7 +185,9 @@ def _in_order(
     names = [symbol.name for symbol in (*arguments, *defined)]
     for name in names:
         if names.count(name) > 1:
-            raise InputError("symbols", got=f"two called {name!r}", expected="one of each name")
+            raise InputError(
+                "symbols", got=Words(f"two called {name!r}"), expected="one of each name"
+            )
     expressions = [
         *(d.expression for d in definitions),
         *matrix.flat(),

@@ -14,7 +14,7 @@ from robostiff.analytic.exact.exact_points import matrix_value, values_of
 from robostiff.analytic.placement.closed_posture import AROUND
 from robostiff.analytic.placement.robot_placement import PlacedRobot, near_home, pose_at
 from robostiff.elastostatics import Status
-from robostiff.errors import DisagreementError, InputError
+from robostiff.errors import DisagreementError, InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.kinematics.closure.leg_solver import LegSolver
@@ -95,7 +95,7 @@ def check_that_postures_differ(placed: PlacedRobot) -> None:
             name = solver.leg.name
             raise InputError(
                 f"formula of {placed.robot.name!r} {placed.where}",
-                got=f"two postures of leg {name!r} that meet at home, at the end of reach",
+                got=Words(f"two postures of leg {name!r} that meet at home, at the end of reach"),
                 expected="values of the model at which home coordinates choose one of them",
                 hint="derive it with other values of the model, and put yours in: "
                 'derivation.subs({"name": value})',
@@ -150,12 +150,12 @@ def closed_places(placed: PlacedRobot, sets: int = _SETS, poses: int = _POSES) -
                 return
         if checked:
             return
+    if not placed.given or is_varied:
+        why = f": {complaint}" * bool(complaint)
+        complaint = f"no pose near home at which all legs meet the platform{why}"
     raise InputError(
         f"formula of {robot.name!r} {placed.where}",
-        got=complaint
-        if placed.given and not is_varied
-        else "no pose near home at which all legs meet the platform"
-        + f": {complaint}" * bool(complaint),
+        got=Words(complaint),
         expected="poses that the legs reach",
         hint="name all coordinates of the pose by AtSymbols(), derive it at home, or leave out of "
         "`coordinates` those that the legs fix",
@@ -180,7 +180,9 @@ def sampled_robots(
     if any(a and b and a.mode.root != b.mode.root for a, b in forms):
         raise InputError(
             f"working mode of {numeric.name!r}",
-            got="another posture that is nearer to the home coordinates than that of the model",
+            got=Words(
+                "another posture that is nearer to the home coordinates than that of the model"
+            ),
             hint="write elbow: plus or minus, or home coordinates that are nearer to one of them",
         )
     if placed.given is None:

@@ -27,7 +27,7 @@ from robostiff.analytic.placement.robot_pose import (
     exact_angle,
     free_name,
 )
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.kinematics.closure.leg_solver import LegSolver
@@ -83,8 +83,10 @@ class Following:
                     if isinstance(element, Joint) and element.kind is JointKind.SPHERICAL:
                         raise InputError(
                             f"joint coordinates of leg {leg.name!r}",
-                            got=f"the spherical joint {element.name!r}, whose coordinates are no "
-                            "angles",
+                            got=Words(
+                                f"the spherical joint {element.name!r}, whose coordinates are no "
+                                "angles"
+                            ),
                             expected="joints that turn or slide about axes",
                             hint="give it as a universal and a revolute joint through one point; "
                             "or write pose=AtSymbols(), where all legs are struts, or rods on "
@@ -157,7 +159,9 @@ class Following:
             steps = AROUND * scale * random.uniform(-1, 1, len(places))
             posture = finder.find(finder.home_pose[places] + steps)
             if not posture.reached[0]:
-                raise InputError(f"pose of {robot.name!r}", got="; ".join(posture.complaints))
+                raise InputError(
+                    f"pose of {robot.name!r}", got=Words("; ".join(posture.complaints))
+                )
             pose = posture.pose[0]
             at = [q[0] for q in posture.coordinates]
         for i, names in self.legs.items():

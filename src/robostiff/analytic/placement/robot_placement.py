@@ -22,7 +22,7 @@ from robostiff.analytic.placement.robot_pose import (
     exact_angle,
     platform_pose,
 )
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics import JointCoordinates, PostureFinder, posture_finder
 from robostiff.kinematics.closure.leg_solver import LegSolver
@@ -269,7 +269,7 @@ def _check_closed_form(leg: Leg, solver: LegSolver) -> None:
         return
     raise InputError(
         f"closure of leg {leg.name!r}",
-        got="a leg without a closed form",
+        got=Words("a leg without a closed form"),
         expected="a strut, a rod on a slide or a crank, or a post with one joint, at given "
         "coordinates of the pose",
         hint="derive it at home, or at pose=AtSymbols(), where joint coordinates of legs without "

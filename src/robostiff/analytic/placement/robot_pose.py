@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 from scipy.spatial.transform import Rotation
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.pose import held_sums
@@ -87,7 +87,7 @@ class EulerAngles:
         if any(axes.count(axis) != 1 for axis in free):
             raise InputError(
                 f"Euler angles {self.sequence}",
-                got=f"a robot that turns about {' and '.join(free)} alone",
+                got=Words(f"a robot that turns about {' and '.join(free)} alone"),
                 expected="a robot with three rotations, or an angle about each of its axes",
                 hint="leave out the angles: alpha, beta and gamma are about x, y and z",
             )
@@ -149,7 +149,7 @@ class UnitQuaternion:
         if len(free) == 2:
             raise InputError(
                 "unit quaternion",
-                got=f"a robot that turns about {' and '.join(free)} alone",
+                got=Words(f"a robot that turns about {' and '.join(free)} alone"),
                 expected="a robot with one rotation, or with three",
                 hint="leave out the angles: alpha, beta and gamma are about x, y and z",
             )

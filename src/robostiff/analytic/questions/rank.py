@@ -30,7 +30,7 @@ from robostiff.analytic.questions.loci import (
     shared_zeros,
     written_steps,
 )
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen
 from robostiff.spatial import Space, skew
 
@@ -127,7 +127,7 @@ def needs_closed_form(derivation: Derivation, question: str) -> InputError:
     """The error of a question that steps cannot answer."""
     return InputError(
         f"{question} of {derivation.name!r}",
-        got="named steps",
+        got=Words("named steps"),
         expected="a closed form",
         hint="take the home pose, fewer symbols, or form=Closed(); subs(...) with values for "
         "all symbols but a few makes steps short"

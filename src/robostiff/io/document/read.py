@@ -301,7 +301,7 @@ def parse_json(text: str, file: str, limits: Limits) -> Any:
             json.dumps(data, ensure_ascii=False).encode()
         except UnicodeEncodeError:
             raise FileError(
-                Location(file), "text", got=r"\ud800", expected="whole Unicode characters"
+                Location(file), "text", got=Words(r"\ud800"), expected="whole Unicode characters"
             ) from None
     return data
 

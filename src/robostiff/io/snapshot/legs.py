@@ -13,7 +13,7 @@ from pydantic import Field
 
 from robostiff.elastostatics import Status, Tolerance
 from robostiff.elastostatics.tolerance import coupling_out_of_plane
-from robostiff.errors import FileError, InputError, warn_of_slip
+from robostiff.errors import FileError, InputError, Words, warn_of_slip
 from robostiff.io.document import Document, DocumentPlace, read_document
 from robostiff.io.snapshot.elements import (
     BeamPart,
@@ -373,7 +373,7 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
     if snapshot.platform is not None:
         raise InputError(
             f"snapshot {snapshot.name!r} as a file of legs",
-            got="a flexible platform",
+            got=Words("a flexible platform"),
             expected="a rigid one",
             hint="write it as a graph: network_to_data(network_of_snapshot(snapshot))",
         )

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics.closure.arm import Arm
 from robostiff.kinematics.closure.assembly_mode import Followed, closed_near, follow
@@ -219,7 +219,7 @@ class LegSolver:
         if self.closed_form is None:
             raise InputError(
                 f"postures of leg {self.leg.name!r}",
-                got="a leg that is closed by iteration",
+                got=Words("a leg that is closed by iteration"),
                 expected="a leg in closed form, whose postures can be counted",
                 hint="choose one by joint coordinates close to it: near=[...]",
             )

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from robostiff.errors import InputError, OpenAtHomeError
+from robostiff.errors import InputError, OpenAtHomeError, Words
 from robostiff.kept import kept
 from robostiff.kinematics.closure.arm import Arm, arm_of
 from robostiff.kinematics.closure.leg_forms import (
@@ -107,7 +107,7 @@ def _checked(solver: LegSolver) -> LegSolver:
         place = f"at the end of branch {where!r}" if where else "at the platform"
         raise OpenAtHomeError(
             f"home configuration of leg {solver.leg.name!r}",
-            got=f"a gap of {shift:.4g} m and {np.degrees(turn):.4g} deg {place}",
+            got=Words(f"a gap of {shift:.4g} m and {np.degrees(turn):.4g} deg {place}"),
             expected="a leg that closes at the home pose"
             + (", and branches that end where the first one does" if where else ""),
             hint="check its dimensions and the directions of its frames and axes, or give the "

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.model import ForceLaw, PlacedBodySpring
 from robostiff.model.stiffness_law import ForceFromStiffness
@@ -387,7 +387,7 @@ class FiniteBodySpring:
         if usual_size(length) <= _NONE * size and rest:
             raise InputError(
                 f"spring {spring.name!r}",
-                got="both ends in one point at the unloaded posture",
+                got=Words("both ends in one point at the unloaded posture"),
                 expected="points apart: there the direction of its pull is not determined",
                 hint="a spring of free length 0 alone may have no length",
             )

@@ -17,7 +17,7 @@ from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.codes import chunks_of, in_shares
 from robostiff.compiled.kernel import whole_threads
 from robostiff.elastostatics.status import PoseBatch, Status
-from robostiff.errors import InputError, OpenAtHomeError
+from robostiff.errors import InputError, OpenAtHomeError, Words
 from robostiff.frozen import frozen
 from robostiff.kinematics import JointCoordinates, Pose, Posture, posture_finder
 from robostiff.kinematics.turn import pose_after, turn_by_vector
@@ -270,7 +270,9 @@ class CompiledLoading:
         batch, F, count = F.shape[:-1], np.atleast_2d(F), len(given)
         if hooks is not None and not self.has_platforms:
             hint = "write compile_loaded(..., platforms=True)"
-            raise InputError("hooks", got="a kernel without", expected="one with them", hint=hint)
+            raise InputError(
+                "hooks", got=Words("a kernel without"), expected="one with them", hint=hint
+            )
         levers = np.zeros((count, 0))
         shapes = {"hooks": (hooks, (3, 3), "N m")} if self.has_platforms else {}
         shapes["forces at sites"] = forces, (len(self.sites), 3), "N"
@@ -278,7 +280,7 @@ class CompiledLoading:
             expected = f"{shape}, or one for each of {count} poses [{unit}]"
             array = as_floats(what, np.zeros(shape) if value is None else value, expected)
             if array.shape not in {shape, (count, *shape)}:
-                raise InputError(what, got=f"shape {array.shape}", expected=expected)
+                raise InputError(what, got=Words(f"shape {array.shape}"), expected=expected)
             array = np.broadcast_to(array, (count, *shape)).reshape(count, np.prod(shape))
             levers = np.hstack([levers, array])
         values = ParameterValues.of(robot, parameters, count)

@@ -16,7 +16,7 @@ import numpy as np
 
 from robostiff.analysis import CableStiffness
 from robostiff.elasticity import Elasticity
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.kinematics.spanning_tree import connected_parts
 from robostiff.model import (
@@ -250,7 +250,7 @@ class _Leg:
         if name in self.named:
             raise InputError(
                 "parts of a snapshot under load",
-                got=f"{name}, twice",
+                got=Words(f"{name}, twice"),
                 expected="each name once in a leg: loads and masses are known by it",
             )
         self.named.add(name)
@@ -344,7 +344,7 @@ def _of_network(network: Network) -> Assembly:
     if of_body[network.platform] == network.fixed[0]:
         raise InputError(
             f"platform of {network.name!r}",
-            got="one that rigid parts hold",
+            got=Words("one that rigid parts hold"),
             expected="one that moves against the fixed bodies",
         )
     others = [name for name in dict.fromkeys(of_body.values()) if name != network.fixed[0]]

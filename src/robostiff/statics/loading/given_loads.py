@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.errors import InputError
+from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.model import ForceLaw, Mass, PlacedMass, Robot, Snapshot, gravity_vector
 from robostiff.model.cable import Weight
@@ -110,7 +110,7 @@ def acting_gravity(
     if np.any(pull) and not has_masses(robot):
         raise InputError(
             f"gravity on {robot.name!r}",
-            got="a robot without masses",
+            got=Words("a robot without masses"),
             expected="masses of its parts: mass: in the file, or a density of materials",
             hint='or weights as loads: loads={"platform": rs.Mass(12)}, --weight "platform=12 kg"',
         )
@@ -207,7 +207,7 @@ def _in_frame(name: str, point: Any, frame_of: FrameOf) -> np.ndarray:
     if frame is None:
         raise InputError(
             f"centre of the load on {name!r}",
-            got="a body whose frame is not known, such as those of a snapshot",
+            got=Words("a body whose frame is not known, such as those of a snapshot"),
             expected="its place in the world at the unloaded posture [m]",
             hint="write rs.Mass(12, point=[0.3, 0, 0.5]), or rs.DeadForce(force, point); a Robot "
             "has the frames of its bodies",
@@ -276,7 +276,7 @@ def check_own_laws(laws: Laws, snapshot: Snapshot) -> None:
         if abs(slope - k) > _ALIKE * max(abs(slope), abs(k)):
             raise InputError(
                 f"law of {name!r}",
-                got=f"a slope of {slope:.8g} without motion",
+                got=Words(f"a slope of {slope:.8g} without motion"),
                 expected="the stiffness of its drive, " + (f"{k:.8g}" if k else "which is rigid"),
                 hint=f"small loads meet that of the drive: write stiffness: {slope:.8g} there",
             )

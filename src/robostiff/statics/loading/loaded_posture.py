@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis import CableStiffness, cable_stiffness
 from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept, kept_for_last
 from robostiff.kinematics import (
@@ -278,7 +278,7 @@ def _(robot: Network | Snapshot, pose: Any, near: Near) -> Postures:
     if np.ndim(robot.reference_point) > 1:
         raise InputError(
             f"equilibrium of snapshot {robot.name!r}",
-            got="a batch of poses",
+            got=Words("a batch of poses"),
             expected="one pose: snapshot.one(i)",
         )
     return Postures(robot)
@@ -322,7 +322,7 @@ def beside(batch: tuple[int, ...], given: np.ndarray) -> np.ndarray:
     if len(batch) > 1 or (batch and shape not in {(), (1,), batch}):
         raise InputError(
             "batch under load",
-            got=f"poses {batch}, wrenches {shape}",
+            got=Words(f"poses {batch}, wrenches {shape}"),
             expected="poses along one axis, with one wrench or as many",
         )
     return np.broadcast_to(given, (*(batch or shape), given.shape[-1]))
