@@ -21,7 +21,7 @@ from robostiff.analysis.indices import directional_stiffness, eigenstiffness
 from robostiff.errors import InputError
 from robostiff.io.units import make_quantity, make_unit
 from robostiff.network import compliance_between
-from robostiff.spatial import as_floats, holds_quantities, move_stiffness
+from robostiff.spatial import as_floats, holds_quantities, move_stiffness, move_twist, move_wrench
 
 
 def Q(number: Any, unit: str | None = None) -> Any:
@@ -338,6 +338,14 @@ def test_gravity_of_small_loads():
     arm, pull = rs.load("six-joint-arm"), [Q(0, "m/s^2"), Q(50, "cm/s^2"), Q(-9e3, "mm/s^2")]
     sunk = rs.deflection(arm, gravity=pull).twist
     assert np.array_equal(sunk, rs.deflection(arm, gravity=[0, 0.5, -9]).twist)
+
+
+def test_transports_take_lists():
+    v: Any = [2.0, 0, 0]
+    turn, force = np.array([0, 0, 0, 0, 0, 0.1]), np.array([0, 10.0, 0, 0, 0, 0])
+    assert move_twist(turn, v)[1] == pytest.approx(0.2)
+    assert move_wrench(force, v)[5] == pytest.approx(-20)
+    assert move_stiffness(np.diag(force), v)[5, 5] == pytest.approx(40)
 
 
 def by_radius():

@@ -69,6 +69,7 @@ def twist_transport(v: Shaped[np.ndarray, "*batch d"]) -> Shaped[np.ndarray, "*b
     """
     if not isinstance(v, np.ndarray):  # NumPy would drop the unit of a quantity
         refuse_quantities("vector between reference points", v, "numbers [m]")
+        v = np.asarray(v, dtype=float)
     if v.shape[-1] == 3:
         J = np.zeros((*v.shape[:-1], 6, 6), dtype=v.dtype)
         J.reshape(*v.shape[:-1], 36)[..., ::7] = 1  # the diagonal
@@ -106,7 +107,7 @@ def move_wrench(
     >>> move_wrench(np.array([0, 10.0, 0, 0, 0, 0]), np.array([2.0, 0.0, 0.0]))
     array([  0.,  10.,   0.,   0.,   0., -20.])
     """
-    return np.einsum("...ji,...j->...i", twist_transport(-v), F)
+    return np.einsum("...ji,...j->...i", twist_transport(np.negative(v)), F)
 
 
 def move_stiffness(
@@ -131,7 +132,7 @@ def move_stiffness(
     >>> float(move_stiffness(spring, np.array([2.0, 0.0, 0.0]))[5, 5])
     400.0
     """
-    J_inverse = twist_transport(-v)
+    J_inverse = twist_transport(np.negative(v))
     return np.swapaxes(J_inverse, -1, -2) @ K @ J_inverse
 
 
