@@ -123,7 +123,7 @@ def test_a_plan(tmp_path):
         (("--pose", "tip 0 0 0.8 axis 0 0 1"), ""),
         (
             ("--joints", "0.8 0.8 0.8 0.8 0.8 8"),
-            "'a pose out of reach', expected one in reach; leg 'leg1'",
+            "got a pose out of reach, expected one in reach; leg 'leg1'",
         ),
     ],
 )
