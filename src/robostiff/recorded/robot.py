@@ -272,25 +272,31 @@ def _mass(robot: Robot, placed: Sequence[PlacedFormula]) -> Any:
 
 
 def place_robot(
-    robot: Robot, finder: PostureFinder, most: int | None = None, weighs: bool | None = None
+    robot: Robot,
+    finder: PostureFinder,
+    most: int | None = None,
+    *,
+    weighs: bool = False,
+    all_joints: bool = False,
 ) -> tuple[RobotOnEntries, RecordedClosure | None]:
     """A robot on entries at its poses, where its legs have closed forms; else at its joints.
 
     Of the latter there is a closure from pose coordinates, where one serves. The platform is at its
-    pose then, and joints that follow are no inputs. Under load all joints are inputs, and it is
-    said whether masses are placed (`weighs`). See `RobotOnEntries.of`.
+    pose then, and joints that follow are no inputs; or all are (`all_joints`), as under load. For
+    the rest see `RobotOnEntries.of`.
     """
     by_joints = robot.is_posed_by_joints
     if not by_joints and all(s.recorded_form is not None for s in finder.solvers):
-        here = RobotOnEntries.of(robot, finder, by_pose=True, most=most, weighs=bool(weighs))
+        here = RobotOnEntries.of(robot, finder, by_pose=True, most=most, weighs=weighs)
         # Where a leg misses the platform at generic poses, the other coordinates must follow.
         if all(np.all(part.sample >= 0) for part in here.recorded.reach if isinstance(part, Entry)):
             return here, None
-    closure, options = None, {"by_pose": False, "weighs": bool(weighs)}
+    closure = None
     if not by_joints:
         closure = record_closure(robot, finder, tuple(_joint_samples(robot, finder)), most)
-    by = closure if weighs is None else None
-    return RobotOnEntries.of(robot, finder, closure=by, most=most, **options), closure
+    by = None if all_joints else closure
+    here = RobotOnEntries.of(robot, finder, by_pose=False, closure=by, most=most, weighs=weighs)
+    return here, closure
 
 
 def record_robot(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:
