@@ -52,6 +52,8 @@ def _walked(expression: Any) -> Any:
     for form in {expression: 0, walked: 0} if isinstance(expression, sp.Add) or both[1:] else ():
         plain = sp.expand(form)
         if len(plain.args) <= _TERMS:
-            each = TR10i(plain), TR10i(sp.expand(TR8(plain)))
+            # Sums of angles may have names.
+            are_plain = all(x.args[0].is_Symbol for x in plain.atoms(sp.sin, sp.cos))
+            each = TR10i(plain), TR10i(sp.expand(TR8(plain))) if are_plain else plain
             forms += [*each, *map(sp.factor_terms, each)]
     return _first_shortest(forms)
