@@ -234,11 +234,16 @@ def _of_platform(
 
 def _drives_legs(problem: EquilibriumProblem, known: Linearised) -> bool:
     """Whether loads at bodies drive a motion in a leg that nothing resists, the platform held."""
-    for block, A in zip(problem.blocks, known.equations.A, strict=True):
+    for block, whole in zip(problem.blocks, known.equations.A, strict=True):
+        m, units = block.free, problem.units[block.at][:, None]
         step, driven = (v[block.at] for v in (known.factor_steps, known.equations.r_factor))
-        rest = np.abs(np.einsum("nij,nj->ni", A, step) + driven)
-        terms = np.einsum("nij,nj->ni", np.abs(A), np.abs(step)) + np.abs(driven)
-        largest = np.max(terms, axis=-1, initial=0.0)[:, None]
+        A, across = np.abs(whole[:, :m]), np.abs(whole[:, :m, m:] * units[..., m:])
+        rest = np.abs(np.einsum("nij,nj->ni", whole[:, :m], step) + driven[:, :m])
+        terms = np.einsum("nij,nj->ni", A, np.abs(step)) + np.abs(driven[:, :m])
+        # rigid parts may carry much where all terms are rounding
+        carried = np.abs(step[:, None] / units)[..., m:].max(axis=-1, initial=0.0)
+        carried = carried * across.max(axis=(1, 2), initial=0.0)[:, None]
+        largest = np.max(terms, axis=-1, initial=0.0)[:, None] + carried
         if np.any(rest > _DRIVEN * terms + LOST * largest):
             return True
     return False
