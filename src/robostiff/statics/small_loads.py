@@ -181,10 +181,14 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     status = stiffness.status if is_free else stiffness.status & ~Status.FREE_MOTIONS
     step = known.factor_steps + known.by_twist @ t
     state = problem.moved(at_rest, nothing, step)
-    legs, forces = problem.legs, None
-    if problem.legs.springs:  # tension among them, as the bodies move
+    legs, forces, stored = problem.legs, None, ()
+    if legs.springs:  # tension among them, as the bodies move
         pulls = legs.pulls(at_rest.legs, 0.0)
-        forces = (pulls.D @ (pulls.J @ step[: legs.numbers.total])[..., None])[..., 0] + pulls.rate
+        moved = pulls.J @ step[: legs.numbers.total]
+        forces = np.einsum("sij,sj->si", pulls.D, moved)
+        each = zip(legs.springs, 0.5 * np.sum(moved * forces, axis=-1), strict=True)
+        stored = [("springs", spring.name, float(energy)) for spring, energy in each]
+        forces = forces + pulls.rate
     loaded = CarriedLoads(problem, state, small=True, forces=forces)
     if not loaded.are_balanced(F):
         return none(Status.ILL_CONDITIONED)
@@ -198,7 +202,7 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     return LoadedElements(
         status,
         t,
-        parts=shares_of(parts),
+        parts=shares_of(parts, stored),
         reactions=tuple(
             JointReaction(part.leg, part.part, part.wrench, part.point) for part, _ in joints
         ),
