@@ -169,6 +169,8 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     placed: Any = stiffness.placed()
     nothing, at_rest = np.zeros(problem.size), problem.unloaded
     known = problem.linearised(at_rest, LoadCase(nothing, F), 0.0, 2)
+    if not known.regular and Status.REDUNDANT_JOINTS not in stiffness.status:
+        return none(Status.ILL_CONDITIONED)  # too few digits for joints that are almost redundant
     if _drives_legs(problem, known):
         return none(Status.UNBALANCED)
     to_origin = stiffness.origin - stiffness.reference_point
