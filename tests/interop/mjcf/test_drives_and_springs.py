@@ -226,6 +226,37 @@ def test_a_follower_keeps_its_own_spring(tmp_path):
     assert joint[0].role == rs.Actuated(50 / 0.5**2 + 30)
 
 
+# One joint leads to the tip, the other one to nothing; q2 = r q1 or q1 = q2 / r, r = 2.
+BESIDE = """<mujoco><worldbody><body><joint name="j1" axis="0 1 0"{one}/><geom size="0.01"/>
+<site name="tip" pos="1 0 0"/></body><body><joint name="j2"{other}/><geom size="0.01"/></body>
+</worldbody><equality><joint {follows} 0 0 0"/></equality><actuator>{drives}</actuator></mujoco>"""
+FOLLOWS = 'joint1="j2" joint2="j1" polycoef="0 2'
+LEADS = 'joint1="j1" joint2="j2" polycoef="0 0.5'
+
+
+@pytest.mark.parametrize("follows", [FOLLOWS, LEADS])
+@pytest.mark.parametrize(
+    ("one", "other", "drives", "k"),
+    [
+        ("", ' stiffness="30"', "j1", 50 + 4 * 30),
+        (' stiffness="7"', ' stiffness="30"', "", 7 + 4 * 30),
+        (' stiffness="7"', "", "j1 j2", 7 + 50 + 4 * 50),
+        ("", ' stiffness="30"', "j2", 4 * (30 + 50)),
+        ("", ' stiffness="30"', "j1 j2", 50 + 4 * (30 + 50)),
+    ],
+)
+def test_what_holds_a_joint_beside_the_path_holds_those_coupled_to_it(
+    follows, one, other, drives, k, tmp_path
+):
+    servos = "".join(f'<position joint="{name}" kp="50"/>' for name in drives.split())
+    mjcf = BESIDE.format(follows=follows, one=one, other=other, drives=servos)
+    (stiffness,), _ = _stiffnesses(tmp_path, mjcf)
+    assert stiffness == pytest.approx(k, rel=1e-12)
+    if follows is FOLLOWS and not drives:  # in a linkage no joint follows another
+        linkage = rs.load_linkage(tmp_path / "m.xml", side=tmp_path / "s.yaml")
+        assert rs.compliance(linkage)[4, 4] == pytest.approx(1 / k, rel=1e-12)
+
+
 CANTILEVER = """<mujoco><worldbody><body name="arm"><joint name="h" axis="0 1 0"/>
   <body name="car" pos="1 0 0"><joint name="s" type="slide" axis="1 0 0" ref="{ref}"/></body>
 </body></worldbody></mujoco>"""

@@ -124,14 +124,15 @@ def _at(point: np.ndarray) -> Frame:
 
 
 def _loop(model: CompiledModel, names: ElementNames, i: int, name: str, kind: int) -> TreeLoop:
-    """What coincides: the origins (connect) or frames (weld) of two sites, or places of bodies."""
+    """What coincides: origins (connect) or frames (weld) of two sites, or frames on two bodies."""
     frames, data = (Frame.identity(), Frame.identity()), model.eq_data[i]
     of_bodies = int(model.eq_objtype[i]) != _SITE
     if of_bodies and kind == _CONNECT:  # a point of each body
         frames = (_at(data[0:3]), _at(data[3:6]))
-    elif of_bodies:  # the pose of the second body in the first
-        frames = (frame_of(data[3:6], data[6:10]), Frame.identity())
-    element = spherical(Passive(), name=name) if kind == _CONNECT else None
+    elif of_bodies:  # a point of the second body, and that with the second's axes in the first
+        frames = (frame_of(data[3:6], data[6:10]), _at(data[0:3]))
+    turns = kind == _CONNECT or data[10] == 0  # a weld whose torques are scaled to nothing
+    element = spherical(Passive(), name=name) if turns else None
     known = names.bodies if of_bodies else names.sites
     links = known[int(model.eq_obj1id[i])], known[int(model.eq_obj2id[i])]
     return TreeLoop(name, links, frames, element)
