@@ -138,6 +138,20 @@ LEFT_OUT = [
     ),
     ({"drives": SERVOS + '<position site="tip" name="s" kp="3"/>'}, "drives of sites or bodies s"),
     (
+        {"drives": SERVOS + '<muscle joint="j1" name="m" lengthrange="0 1"/>'},
+        "forces that a drive has by its position m",
+    ),
+    (
+        {"drives": SERVOS + '<dcmotor joint="j1" name="m" motorconst="0.1" resistance="1" '
+         'cogging="1 3 0"/>'},
+        "forces that a drive has by its position m",
+    ),
+    (
+        {"drives": SERVOS + '<dcmotor joint="j1" name="m" motorconst="0.1" resistance="1" '
+         'controller="5 0 0" input="pos"/>'},
+        "forces that a drive has by its position m",
+    ),
+    (
         {"drives": SERVOS, "foot": '<worldbody><body name="c"><geom size="0.1"/>'
          '<flexcomp name="cloth" type="grid" dim="1" '
          'count="3 1 1" spacing=".1 .1 .1" radius="0.01" mass="1"/></body></worldbody>'},
@@ -177,6 +191,7 @@ def test_drives_and_springs_of_which_a_part_is_not_read(tmp_path):
         ('<general joint="j1" biastype="affine" biasprm="0 4 0"/>', "", "of negative stiffness j1"),
         ('<motor joint="j1"/>', SPRING + ' springref="20"', "springs with a springref, j1"),
         ('<plugin joint="j1" plugin="mujoco.pid"/>', "", "plugins mujoco.pid"),
+        ('<motor joint="j1"/>', ' stiffness="300 5"', "the powers of the deflection of springs j1"),
     ):
         side = "joints: {j1: {stiffness: 1000, spring: 0}, j2: {stiffness: 2000}}\n"
         found, said = _stiffnesses(tmp_path, _arm(drives, spring), side)

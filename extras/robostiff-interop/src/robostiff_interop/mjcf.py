@@ -23,6 +23,7 @@ from robostiff.io.rigid_tree import (
 from robostiff.model import Actuated, Passive, Role, spherical
 from robostiff.spatial import Frame
 from robostiff_interop.compiled_model import (
+    AFFINE,
     NOTHING,
     ON_JOINTS,
     CompiledModel,
@@ -297,7 +298,7 @@ def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, f
         if kind not in ON_JOINTS:
             continue
         joint = int(model.actuator_trnid[i][0])
-        is_servo = model.actuator_biastype[i] == _AFFINE
+        is_servo = model.actuator_biastype[i] == AFFINE
         k = -float(model.actuator_biasprm[i][1] * model.actuator_gear[i][0] ** 2) * is_servo
         turns_once = _TYPES[int(model.jnt_type[joint])] in _ONE_AXIS
         if k < 0 or (k > 0 and not turns_once):
@@ -307,6 +308,8 @@ def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, f
         drives[joint] = drives.get(joint, 0.0) + k
     for i, name in enumerate(names.joints):
         start, kind = int(model.jnt_qposadr[i]), _TYPES[int(model.jnt_type[i])]
+        if np.any(model.jnt_stiffnesspoly[i]):
+            unread.setdefault("the powers of the deflection of springs", []).append(name)
         if not model.jnt_stiffness[i]:
             if model.dof_armature[model.jnt_dofadr[i]] and i not in drives:
                 unread.setdefault("the armature of joints without a drive,", []).append(name)
@@ -318,9 +321,6 @@ def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, f
     place = Location(file)
     warn_of_parts_not_read({kind: [(n, place) for n in found] for kind, found in unread.items()})
     return drives
-
-
-_AFFINE = 1  # mjBIAS_AFFINE
 
 
 def _role(model: CompiledModel, joint: int, drives: dict[int, float]) -> Role:
