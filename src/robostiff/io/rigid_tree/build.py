@@ -182,9 +182,7 @@ def drawn_links(tree: RigidTree, joints: Mapping[str, Joint | None]) -> dict[str
 def starting(loop: TreeLoop, frames: Mapping[str, Frame]) -> TreeLoop:
     """The loop with its joint as near as it comes to what is drawn, unless it says where it is."""
     joint = loop.element
-    if not isinstance(joint, Joint) or any(joint.home):
-        return loop
-    if joint.kind is JointKind.UNIVERSAL:
+    if not isinstance(joint, Joint) or any(joint.home) or joint.kind is JointKind.UNIVERSAL:
         return loop
     ends = [frames[link] @ frame for link, frame in zip(loop.links, loop.frames, strict=True)]
     motion = ends[0].inverse @ ends[1]
@@ -333,7 +331,6 @@ def robot_of_tree(
     if robot is None:
         _refuse_followers(described.undecided & joints, top)
         return network_of(linkage, closure)
-    chosen = written.coordinates is not None
     if written.coordinates is not None:
         coordinates = distinct_coordinates(top / "coordinates", written.coordinates)
         if robot.is_serial:
@@ -341,7 +338,7 @@ def robot_of_tree(
                 "coordinates of a serial arm", expected="none: its joints pose it", key=True
             )
         robot = replace(robot, coordinates=coordinates)
-    return verified(robot, top, [top] * len(robot.legs), chosen=chosen)
+    return verified(robot, top, [top] * len(robot.legs), chosen=written.coordinates is not None)
 
 
 def linkage_of_tree(
