@@ -310,7 +310,7 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
     """The robot at the pose: a snapshot of legs, or a network for the other forms."""
     from robostiff.cli import arguments as written
     from robostiff.kinematics import find_posture, with_masses
-    from robostiff.network.network import network_of_snapshot
+    from robostiff.network import network_of_snapshot
 
     pose = written.pose(robot, place)
     subject = f"{form} of {source!r}"
