@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.identification import search
 from robostiff.identification.unknowns import Unknown, UnknownKind, identifiability
 from tests.identification.campaigns import (
     arm_campaign,
@@ -190,3 +193,10 @@ def test_a_factor_of_a_bearing_is_one_of_its_compliance():
             )
             np.testing.assert_allclose(after.elasticity.compliance, expected, rtol=1e-14)
     assert factor != 1.0
+
+
+def test_readings_that_no_robot_has_are_no_fault_of_the_postures():
+    """Readings of 70 m end where rates are not known; only singular postures were blamed."""
+    lost = SimpleNamespace(predicted=lambda _: (np.full(6, np.nan), np.zeros((6, 2))))
+    with pytest.raises(rs.InputError, match="look at the units of readings and loads"):
+        search._known(lost, np.ones(2))  # pyright: ignore[reportPrivateUsage, reportArgumentType]
