@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.identification import search
 from robostiff.identification.unknowns import Unknown, UnknownKind, identifiability
 from tests.identification.campaigns import (
     arm_campaign,
@@ -195,8 +192,13 @@ def test_a_factor_of_a_bearing_is_one_of_its_compliance():
     assert factor != 1.0
 
 
-def test_readings_that_no_robot_has_are_no_fault_of_the_postures():
+def test_readings_that_no_robot_has_are_no_fault_of_the_postures(monkeypatch):
     """Readings of 70 m end where rates are not known; only singular postures were blamed."""
-    lost = SimpleNamespace(predicted=lambda _: (np.full(6, np.nan), np.zeros((6, 2))))
+    lost = "robostiff.identification.readings.ReadingModel.predicted"
+
+    def nowhere(model, x):
+        return np.full(len(model.values), np.nan), np.zeros((len(model.values), len(x)))
+
+    monkeypatch.setattr(lost, nowhere)
     with pytest.raises(rs.InputError, match="look at the units of readings and loads"):
-        search._known(lost, np.ones(2))  # pyright: ignore[reportPrivateUsage, reportArgumentType]
+        rs.identify(machine("arm"), arm_campaign(), ["arm/joint*"], frames=arm_frames())

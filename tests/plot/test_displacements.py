@@ -20,7 +20,6 @@ from robostiff.model import (
     parallelogram,
 )
 from robostiff.plot.displacement import BodyMotion, Motions, motion_under
-from robostiff.plot.outline import outline_of
 from robostiff.plot.picture import LineWeight, Path
 from robostiff.plot.posed_robot import picture_of_posed
 from tests.generators.robots import FreeRobot, robots
@@ -193,7 +192,8 @@ def test_all_branches_of_a_block_are_joined_to_a_block_behind_it():
     still = rs.Frame.identity()
     home = rs.Frame(np.eye(3), np.array([0.4, 0, 0.3]))
     arm = rs.Robot("arm", (Leg("arm", still, chain, still),), home=home)
-    lines = outline_of(rs.find_posture(arm).snapshot.one(0)).lines
-    ends = np.array([end.point for line in lines for end in (line.start, line.end)])
-    for pin in ([0.05, 0, 0.3], [-0.05, 0, 0.3]):
-        assert np.sum(np.linalg.norm(ends - pin, axis=1) < 1e-9) >= 2
+    picture = picture_of_posed(rs.find_posture(arm).snapshot.one(0))
+    paths = [item.points for item in picture.items if isinstance(item, Path)]
+    ends = np.array([path[i] for path in paths for i in (0, -1)])
+    for pin in ([50.0, 0, 300], [-50.0, 0, 300]):  # mm
+        assert np.sum(np.linalg.norm(ends - pin, axis=1) < 1e-6) >= 2
