@@ -304,7 +304,7 @@ def _of_symbol(robot: Robot, name: str) -> tuple[Robot, Unknown]:
     moves = not all(np.allclose(a, b, rtol=0, atol=1e-12) for a, b in pairs)
     least = 0.0 if symbol.is_positive else -np.inf
     kind = UnknownKind.GEOMETRY if moves else UnknownKind.OTHER
-    return robot, Unknown(name, kind, value, "", least, name)
+    return robot, Unknown(name, kind, value, robot.units.get(name, ""), least, name)
 
 
 def spring_values(robot: Robot) -> dict[str, float]:
