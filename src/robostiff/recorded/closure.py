@@ -180,7 +180,7 @@ class RecordedClosure(RecordedSteps):
             raise InputError("derivative", got=by, expected=", ".join(self.inputs))
         known = set(record.inputs)
         rates: dict[str, Any] = {
-            name: record.add_input(_rate_name(name, by), 1.0)
+            name: record.add_input(rate_name(name, by), 1.0)
             for name in self.following
             if name in known
         }
@@ -193,7 +193,7 @@ class RecordedClosure(RecordedSteps):
         gap, mode = self.arrival.evaluated(values, ENTRY_FUNCTIONS)[-2:]
         at_joints = {**values, **self._joints_at(values)}
         for by in self.inputs:
-            names = [_rate_name(name, by) for name in self.following]
+            names = [rate_name(name, by) for name in self.following]
             if not set(names).isdisjoint(program.inputs):
                 rates = self.rates(by).evaluated(values, ENTRY_FUNCTIONS)
                 at_joints |= zip(names, rates, strict=True)
@@ -209,7 +209,8 @@ class RecordedClosure(RecordedSteps):
         return q
 
 
-def _rate_name(joint: str, by: str) -> str:
+def rate_name(joint: str, by: str) -> str:
+    """The input that is the rate of a joint with another input of its closure."""
     return f"d {joint} / d {by}"
 
 
