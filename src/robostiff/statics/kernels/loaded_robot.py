@@ -16,6 +16,7 @@ from robostiff.frozen import field, frozen, replace
 from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.model import PlacedMass, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
+from robostiff.network.assembly import of_legs
 from robostiff.record import Entry, Program, derivatives_along, is_zero, least
 from robostiff.recorded import Factors, RecordedClosure, RecordedRobot, factors_of, flags_of
 from robostiff.recorded.closure import (
@@ -49,7 +50,6 @@ from robostiff.statics.kernels.strut import (
     buckling_of,
     recorded_struts,
 )
-from robostiff.statics.loading.assembly import of_legs
 from robostiff.statics.loading.given_loads import (
     DeadForce,
     StandingLoads,
