@@ -34,7 +34,7 @@ from robostiff.recorded.guess import (
     with_nominal,
 )
 from robostiff.recorded.newton_step import NewtonStep, newton_step
-from robostiff.recorded.parameters import closed_samples, turns_at_home, with_inputs
+from robostiff.recorded.parameters import closed_samples, rate_name, turns_at_home, with_inputs
 
 # Every step is at most half of the one before, or as small as rounding makes it; squares.
 _HALF, _SMALL_STEP = 0.5**2, 1e-9**2
@@ -207,11 +207,6 @@ class RecordedClosure(RecordedSteps):
             cosine, sine = turn_names(name)
             with_turn(q[name], values[sine], values[cosine])
         return q
-
-
-def rate_name(joint: str, by: str) -> str:
-    """The input that is the rate of a joint with another input of its closure."""
-    return f"d {joint} / d {by}"
 
 
 def record_closure(

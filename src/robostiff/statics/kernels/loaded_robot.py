@@ -19,15 +19,8 @@ from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.network.assembly import of_legs
 from robostiff.record import Entry, Program, derivatives_along, is_zero, least
 from robostiff.recorded import Factors, RecordedClosure, RecordedRobot, factors_of, flags_of
-from robostiff.recorded.closure import (
-    BEFORE_FIRST,
-    LAST,
-    RecordedSteps,
-    contraction,
-    handed_on,
-    rate_name,
-)
-from robostiff.recorded.parameters import sample_postures
+from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
+from robostiff.recorded.parameters import rate_name, sample_postures
 from robostiff.recorded.robot import RobotOnEntries, place_robot
 from robostiff.spatial import skew
 from robostiff.statics.chains.legs import LegEquations
