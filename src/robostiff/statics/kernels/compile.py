@@ -200,6 +200,7 @@ def _recorded(
     )
     closing, names, closure = loading.closure, loading.joints, None
     if closing is not None and not depends_on_what_is_held(names, closing, finder):
+        names = (*names, *loading.rates)
         record = Record({name: np.array([1.0]) for name in names})
         joints = Program.of(record, [record.input(name) for name in names])
         code = ClosedCode.of(closing, joints, ArrayCode)
