@@ -309,7 +309,7 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
     from robostiff.cli import arguments as written
     from robostiff.kinematics import find_posture, with_masses
     from robostiff.linkage import network_at
-    from robostiff.network.network import network_of_snapshot
+    from robostiff.network import network_of_snapshot
 
     pose, near = written.pose(robot, place), written.near(robot, place)
     robot = network_at(robot, pose) if robot.kind == "linkage" else robot
