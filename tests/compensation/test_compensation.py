@@ -331,3 +331,17 @@ def test_a_path_in_another_encoding_is_told_what_to_do(tmp_path):
     outcome = CliRunner().invoke(app, ["compensate", "hexapod", str(file)])
     assert outcome.exit_code == 2
     assert "got other bytes, expected UTF-8; save the file as UTF-8" in outcome.stderr
+
+
+def test_a_point_is_corrected_whatever_becomes_of_the_others():
+    """One whose correction does not converge ended that of all points."""
+    robot, poses = rs.load("3-rpr"), rs.random_postures(rs.load("3-rpr"), 6, 1)
+    random = np.random.default_rng(3)
+    random.uniform(size=18)
+    F = random.uniform(-1, 1, (6, 3)) * [200.0, 200, 20]
+    several = rs.compensate(robot, poses, F)
+    for k, status in enumerate(several.status_codes):
+        alone = rs.compensate(robot, poses[k : k + 1], F[k : k + 1])
+        assert alone.status_codes[0] == status
+        np.testing.assert_allclose(several.coordinates[k], alone.coordinates[0], atol=1e-12)
+        np.testing.assert_allclose(several.residual[k], alone.residual[0], atol=1e-11)

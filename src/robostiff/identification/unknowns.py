@@ -47,6 +47,10 @@ class UnknownKind(Enum):
     FRAME = "frame"
 
 
+#: Of springs: readings are in proportion to these where loads are small.
+ELASTIC = UnknownKind.COMPLIANCE, UnknownKind.FACTOR
+
+
 @frozen
 class Unknown:
     """A number that is to be found."""
@@ -201,7 +205,8 @@ def _of_chain(chain: Chain, prefix: str) -> Iterator[_Candidate]:
             k = element.role.stiffness if isinstance(element.role, Actuated | Locked) else None
             turns = all(screw.turns for screw in element.freedoms)
             if isinstance(k, int | float | np.number):
-                yield compliance(1 / float(k), _UNITS[turns]), _with_compliance
+                unknown, role = compliance(1 / float(k), _UNITS[turns]), element.role
+                yield unknown, lambda x, c, r=role: (replace(x, role=replace(r, stiffness=1 / c)),)
             kind = JointKind.PRISMATIC if isinstance(element, Telescope) else element.kind
             if kind in (JointKind.REVOLUTE, JointKind.PRISMATIC):
                 zero = Unknown(f"{name}.zero", UnknownKind.GEOMETRY, 0.0, "rad" if turns else "m")
@@ -215,10 +220,6 @@ def _of_chain(chain: Chain, prefix: str) -> Iterator[_Candidate]:
                 size = float(np.trace(C[part, part]))
                 if size and np.isclose(size, np.trace(C)) and np.linalg.matrix_rank(C) == 1:
                     yield compliance(size, _UNITS[turns]), partial(_with_factor, size=size)
-
-
-def _with_compliance(joint: Any, c: Any) -> tuple[Element, ...]:
-    return (replace(joint, role=replace(joint.role, stiffness=1 / c)),)
 
 
 def _with_factor(element: Element, factor: Any, size: float = 1.0) -> tuple[Element, ...]:
@@ -300,7 +301,7 @@ def _of_symbol(robot: Robot, name: str) -> tuple[Robot, Unknown]:
     moves = not all(np.allclose(a, b, rtol=0, atol=1e-12) for a, b in pairs)
     least = 0.0 if symbol.is_positive else -np.inf
     kind = UnknownKind.GEOMETRY if moves else UnknownKind.OTHER
-    return robot, Unknown(name, kind, value, "", least, name)
+    return robot, Unknown(name, kind, value, robot.units.get(name, ""), least, name)
 
 
 def spring_values(robot: Robot) -> dict[str, float]:
@@ -346,8 +347,7 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
     """
     n, length = len(unknowns), np.linalg.norm(J, axis=0)
     # columns that are nothing beside those of their kind
-    springs = (UnknownKind.COMPLIANCE, UnknownKind.FACTOR)
-    scaled = length * [abs(u.nominal) if u.kind in springs else 1.0 for u in unknowns]
+    scaled = length * [abs(u.nominal) if u.kind in ELASTIC else 1.0 for u in unknowns]
     kinds = [(unknown.kind, unknown.unit) for unknown in unknowns]
     largest = {kind: max(scaled[[other == kind for other in kinds]]) for kind in kinds}
     fixed = [k for k in range(n) if scaled[k] <= _NO_COLUMN * largest[kinds[k]]]
@@ -356,11 +356,11 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
         f"no measurement depends on {unknown.name}: no load strains it (a force that is parallel "
         "to its axis, or meets it, does not); add a load in another direction or at another point"
         for unknown in without
-        if unknown.kind in springs
+        if unknown.kind in ELASTIC
     ]
     sentences += [
         f"no measurement depends on {name}; add other postures or markers"
-        for name in names_in_words([unknown for unknown in without if unknown.kind not in springs])
+        for name in names_in_words([unknown for unknown in without if unknown.kind not in ELASTIC])
     ]
     free = [k for k in range(n) if k not in fixed]
     weak, correlated = [], []

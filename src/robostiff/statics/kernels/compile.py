@@ -12,7 +12,7 @@ from robostiff.analysis.compiled_answer import AtGeneralPoses
 from robostiff.analysis.kernel_inputs import ParameterValues, with_parameters
 from robostiff.analysis.record_file import RecordFile
 from robostiff.analysis.recording import depends_on_what_is_held
-from robostiff.compiled import ArrayCode, Backend, Kernel, MachineCode, StiffnessMatrix
+from robostiff.compiled import ArrayCode, Backend, Kernel, StiffnessMatrix
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
@@ -25,7 +25,6 @@ from robostiff.record import Program, Record
 from robostiff.recorded import parameter_samples, sample_postures
 from robostiff.spatial import as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.leg import Site
@@ -43,8 +42,6 @@ from robostiff.statics.result import Equilibrium
 from robostiff.statics.solution import solved
 
 _BOWING = Bowing()
-# Operations of a step beyond which compiling takes longer than NumPy needs for many poses.
-_LONGEST = 30_000
 # Relative to the diagonals of K: more than rounding and the last Newton step make.
 _AGREES = 1e-8
 # Of the largest stiffness of the platform: none.
@@ -148,9 +145,6 @@ def compile_loaded(
             raise InputError(subject, got=got, expected=expected, hint=hint)
     code = code_of(backend)
 
-    def chosen(program: Program) -> MachineCode | ArrayCode:
-        return code(program) if program.operations <= _LONGEST else ArrayCode(program)
-
     taken = [*(c.value for c in ALL_COORDINATES), *robot.space.wrench_order]
     robot = with_parameters(robot, parameters, taken)
     points = ((b, as_floats(f"site on {b!r}", at, "three numbers", None, (3,))) for b, at in sites)
@@ -165,8 +159,7 @@ def compile_loaded(
         if file is not None:
             values = [getattr(found, field.name) for field in fields(found)]
             file.write(tuple(values[-_PARTS:]))
-    closure = found.closure and found.closure.by(code)
-    return replace(found, kernel=found.kernel.by(chosen), closure=closure)
+    return found.by(code)
 
 
 def is_on_disk(robot: Robot, standing: StandingLoads) -> bool:
@@ -181,7 +174,17 @@ def _recorded(
     """A record of a robot under load, confirmed and run by NumPy."""
     finder = posture_finder(robot.numeric)
     placed = _loaded_postures(finder, standing)
-    force = _small_force(robot, [posture.problem for posture in placed])
+    # An arm of rigid links may be rigid at home, where it is stretched out, and nowhere else.
+    problem = next((x.problem for x in placed if not x.problem.at_rest.rigid), None)
+    if problem is None:
+        raise _rigid(robot)
+    values = np.linalg.eigvalsh(problem.at_rest.K / np.outer(problem.scale, problem.scale))
+    if values[0] <= _FREE * values[-1]:
+        raise NoAnswerError(
+            f"no kernel under load of {robot.name!r}: its platform has free motions, in which a "
+            "wrench has no equilibrium; ask rs.equilibrium, wrench by wrench"
+        )
+    force = 1e-3 * problem.length * float(values[0])  # moves it by a thousandth of that length
     try:
         loading = record_loading(
             robot, finder, placed, force, standing, platforms=platforms, drives=drives, sites=sites
@@ -197,6 +200,7 @@ def _recorded(
     )
     closing, names, closure = loading.closure, loading.joints, None
     if closing is not None and not depends_on_what_is_held(names, closing, finder):
+        names = (*names, *loading.rates)
         record = Record({name: np.array([1.0]) for name in names})
         joints = Program.of(record, [record.input(name) for name in names])
         code = ClosedCode.of(closing, joints, ArrayCode)
@@ -267,26 +271,6 @@ def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[Loa
     return [*found, *(around.loaded(int(k), acting) for k in chosen)]
 
 
-def _small_force(robot: Robot, problems: Sequence[EquilibriumProblem]) -> float:
-    """Under which the platform moves by about a thousandth of the robot's length [N].
-
-    An arm of rigid links may be rigid at home, where it is stretched out, and nowhere else: the
-    first posture of those given decides at which it is not.
-
-    Raises NoAnswerError when the platform is not held in all directions, or is rigid.
-    """
-    problem = next((one for one in problems if not one.at_rest.rigid), None)
-    if problem is None:
-        raise _rigid(robot)
-    values = np.linalg.eigvalsh(problem.at_rest.K / np.outer(problem.scale, problem.scale))
-    if values[0] <= _FREE * values[-1]:
-        raise NoAnswerError(
-            f"no kernel under load of {robot.name!r}: its platform has free motions, in which a "
-            "wrench has no equilibrium; ask rs.equilibrium, wrench by wrench"
-        )
-    return 1e-3 * problem.length * float(values[0])
-
-
 def _rigid(robot: Robot) -> NoAnswerError:
     why = "a leg is rigid in some direction; give its parts a stiffness"
     return NoAnswerError(f"no kernel under load of {robot.name!r}: {why}")
@@ -312,7 +296,7 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
         scale = force * np.where(np.array(robot.space.rows) < 3, 1.0, finder.length)
         F = scale * random.uniform(-1, 1, (len(given), robot.space.size))
         F[0] = 0.0
-        answer = found.in_arrays.evaluate(pose, F, parameters=values)
+        answer = found.evaluate(pose, F, parameters=values)
         rows = np.reshape(list(values.values()), (len(values), len(given)))
         for other, group in ParameterValues(robot, rows).groups(~answer.guarded):
             part = given[group] if pose is given else JointCoordinates(given[group])

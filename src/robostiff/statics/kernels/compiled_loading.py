@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_answer import AtGeneralPoses, InputRows, decided
 from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
-from robostiff.compiled import Kernel
-from robostiff.compiled.closed import ClosedCode
+from robostiff.compiled import ArrayCode, Kernel, MachineCode
 from robostiff.compiled.codes import chunks_of, in_shares
 from robostiff.compiled.kernel import whole_threads
 from robostiff.elastostatics.status import PoseBatch, Status
@@ -23,7 +22,7 @@ from robostiff.kinematics import JointCoordinates, Pose, Posture, posture_finder
 from robostiff.kinematics.turn import pose_after, turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.cable import Weight
-from robostiff.record import CLOSED
+from robostiff.record import CLOSED, Program
 from robostiff.spatial import as_floats, skew
 from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.chains.moving_chain import sum_of_crossed
@@ -33,6 +32,8 @@ from robostiff.statics.loading.loaded_posture import beside, postures_of, wrench
 from robostiff.statics.result import Equilibrium, OnDemand
 from robostiff.statics.solution import Solution, solved
 
+# Operations of a step beyond which compiling takes longer than NumPy needs for many poses.
+_LONGEST = 30_000
 # Of a displacement: by how much a kernel may be off whose rates are used; and of the length.
 _SAME, _ROUNDING = 1e-5, 1e-12
 
@@ -194,21 +195,24 @@ class CompiledLoading:
         """Whether the record was confirmed at generic poses; otherwise none is left to it."""
         return self.general.verified
 
-    @property
-    def in_arrays(self) -> CompiledLoading:
-        """The same without machine code, for few poses."""
+    def by(self, code: type[MachineCode] | type[ArrayCode]) -> CompiledLoading:
+        """The same, run by another code; long steps by NumPy."""
 
-        def plain(kernel: Kernel) -> Kernel:
-            code = kernel.code
-            return replace(kernel, code=code.in_arrays) if isinstance(code, ClosedCode) else kernel
+        def chosen(program: Program) -> MachineCode | ArrayCode:
+            return code(program) if program.operations <= _LONGEST else ArrayCode(program)
 
-        closure = None if self.closure is None else plain(self.closure)
-        return replace(self, kernel=plain(self.kernel), closure=closure)
+        closure = self.closure and self.closure.by(code)
+        return replace(self, kernel=self.kernel.by(chosen), closure=closure)
 
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of the parameters, which may differ from pose to pose."""
         return tuple(str(symbol) for symbol in self.robot.symbols)
+
+    @property
+    def _coordinates(self) -> int:
+        """Number of inputs of the kernel that are coordinates, of the pose or of all legs."""
+        return self.kernel.inputs.index(self.robot.space.wrench_order[0]) - len(self.robot.symbols)
 
     def __repr__(self) -> str:
         inputs = ", ".join((self.closure or self.kernel).inputs[:12])
@@ -257,10 +261,9 @@ class CompiledLoading:
         threads = whole_threads(threads)
         robot, space = self.robot, self.robot.space
         # poses are closed before the record, or by it; or they are coordinates of legs
-        names, joints = self.kernel.inputs, 0
-        if self.closure is None and names[0] not in {c.value for c in ALL_COORDINATES}:
-            others = len(robot.symbols) + space.size + 9 * self.has_platforms
-            joints = len(names) - others - 3 * len(self.sites)
+        joints = 0
+        if self.closure is None and self.kernel.inputs[0] not in {c.value for c in ALL_COORDINATES}:
+            joints = self._coordinates
         inputs = KernelInputs(robot, joints)
         pose = inputs.read(pose)
         by_joints = isinstance(pose, JointCoordinates)
@@ -316,11 +319,13 @@ class CompiledLoading:
     ) -> None:
         """Results of the kernel at a chunk of poses."""
         posture, loose, known = given.rows[:, where], given.loose[where], answer.known
-        if self.closure is not None:
-            found = self.closure.evaluate(posture)
-            posture = np.concatenate([found[:-2], posture[len(self.robot.coordinates) :]])
-            loose = loose | ~((found[-2] < CLOSED) & (found[-1] > 0))
-        inputs, r = np.concatenate([posture, F.T]), self.robot.space.size
+        if self.closure is None:
+            rates = np.full((len(self.kernel.inputs) - len(posture) - F.shape[1], len(F)), np.nan)
+        else:
+            found, joints = self.closure.evaluate(posture), self._coordinates
+            posture = np.concatenate([found[:joints], posture[len(self.robot.coordinates) :]])
+            rates, loose = found[joints:-2], loose | ~((found[-2] < CLOSED) & (found[-1] > 0))
+        inputs, r = np.concatenate([posture, F.T, rates]), self.robot.space.size
         results = self.kernel.evaluate(inputs)
         K = np.moveaxis(results[: r * r].reshape(r, r, -1), -1, 0)
         given = InputRows(inputs, given.missed[where], loose)
