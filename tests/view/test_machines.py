@@ -23,10 +23,6 @@ def start_of(machine: Any) -> dict[str, float]:
     return {slider.name: slider.factor * slider.start for slider in machine.sliders}
 
 
-def small_load(machine: Any) -> np.ndarray:
-    return np.arange(1.0, machine.space.size + 1)
-
-
 def numbers(html: str, symbol: str = "K(?:_C)?") -> np.ndarray:
     """Of the matrix in a page, with all their digits."""
     table = re.search(rf'<table[^>]*data-symbol="{symbol}".*?</table>', html, re.DOTALL)
