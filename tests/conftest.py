@@ -247,19 +247,11 @@ def _shared_records_answer_where_they_pay() -> None:
 
     seek = KeptRecord._seek
 
-    def seek_where_it_pays(self: KeptRecord, pays: bool) -> None:
+    def seek_where_it_pays(self: KeptRecord, count: int, pays: bool) -> None:
         if pays or os.environ["ROBOSTIFF_CACHE"] != os.environ[_SHARED]:
-            seek(self, pays)
+            seek(self, count, pays)
 
     KeptRecord._seek = seek_where_it_pays
-    under_load: Any = import_module("robostiff.statics.kernels.compile")
-    is_on_disk = under_load.is_on_disk
-
-    def is_own(robot: Any, standing: Any) -> bool:
-        is_shared = os.environ["ROBOSTIFF_CACHE"] == os.environ[_SHARED]
-        return not is_shared and is_on_disk(robot, standing)
-
-    under_load.is_on_disk = is_own
 
 
 def _models_of_mujoco_are_compiled_here() -> None:

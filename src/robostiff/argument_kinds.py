@@ -77,8 +77,11 @@ def names_other_kinds(function: Callable[..., Any]) -> Callable[..., Any]:
             raise error
         try:
             return function(*args, **kwargs)
-        except RobostiffError:
-            raise
+        except RobostiffError as own:
+            # What a function inside refused was given to this one.
+            if not hasattr(own, _MARK) or (error := kinds.error(args, kwargs)) is None:
+                raise
+            raise error from None
         except _FOREIGN as foreign:
             error = kinds.error(args, kwargs)
             if getattr(foreign, "errno", None) == errno.ENAMETOOLONG:
@@ -134,7 +137,9 @@ class _Kinds:
                 words = _in_words(str(parameter.annotation), self._hints[key])
                 alone = isinstance(value, str) and re.search(r"(Sequence|Iterable|tuple)\[", words)
                 hint = f"write [{value!r}]" if alone and len(value) < _SHOWN else None
-                return InputError(f"{name} of {subject}", got=value, expected=words, hint=hint)
+                found = InputError(f"{name} of {subject}", got=value, expected=words, hint=hint)
+                setattr(found, _MARK, True)
+                return found
         return None
 
 

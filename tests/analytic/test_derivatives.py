@@ -16,7 +16,7 @@ from robostiff.analytic import (
     derive_chain,
     differentiate,
 )
-from tests.analytic.formulas import CASE_A, CASE_B, L_A, L_B, R, derived, h, stewart
+from tests.analytic.formulas import CASE_A, CASE_B, L_A, L_B, R, derived, h, r, stewart
 
 L = sp.Symbol("L", positive=True)
 FULL = sp.Matrix(6, 6, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
@@ -134,6 +134,14 @@ def test_the_derivative_of_a_sum_of_springs_is_not_multiplied_out(name, by):
     scale = np.abs(difference).max()
     assert written == pytest.approx(difference, abs=1e-7 * scale)
     assert found.lambdify()(**values)[1] == pytest.approx(written, abs=1e-12 * scale)
+
+
+def test_the_derivative_of_a_root_is_in_lowest_terms():
+    # (2*R - 2*r)/(2*L)
+    K = sp.ImmutableMatrix(sp.diag(L, 0, 0))
+    root = Definition(L, sp.sqrt((R - r) ** 2 + h**2))
+    found = differentiate(Derivation("K_C", K, (), K, (root,)), R)
+    assert found.definitions[1].expression == (R - r) / L
 
 
 def test_a_derivative_is_pickled_and_keeps_its_names_when_values_are_put_in():

@@ -77,6 +77,31 @@ def test_a_formula_holds_where_numbers_choose_its_posture(variant, tmp_path):
     assert not all(same)
 
 
+def test_conditions_of_cranks_with_limits_and_homes_of_their_rods_end(tmp_path):
+    # The absolute value of a long difference was multiplied out, which took minutes.
+    text = robot_file("delta").read_text()
+    changes = {
+        "i*120 deg - 120 deg": "i*120 deg",
+        "stiffness: k}": "stiffness: k, limits: [-90 deg, 60 deg]}",
+        "axes: [y, x], role: passive": "axes: [y, x], role: passive, home: [30 deg, 0]",
+        "elbow: minus": "#",
+    }
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "delta.yaml"
+    path.write_text(text)
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    formula = rs.derive(robot)
+    nearer = [x for x in formula.conditions if "nearer to its home coordinates" in x.words]
+    assert {x.leg for x in nearer} == {"leg1", "leg2", "leg3"}
+    for a in (0.3, 0.4):
+        values = {**robot.nominal, "a": a}
+        K = rs.stiffness(robot.substituted(values)).K
+        found = formula.lambdify()(**{x.name: values[x.name] for x in formula.symbols})
+        np.testing.assert_allclose(found, K, atol=1e-9 * K.max())
+
+
 def test_two_postures_equally_near_to_home_are_no_disagreement():
     # Numbers at parameters nearby stood in the other one: "one is wrong, which is a fault".
     robot = rs.load(FILES / "slides.yaml", symbols=rs.ALL_PARAMETERS)

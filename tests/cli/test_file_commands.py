@@ -169,6 +169,21 @@ def test_what_cannot_be_converted():
     assert run("convert", "double-pantograph", "--to", "graph").exit_code == 0
 
 
+def test_a_linkage_is_converted_where_its_joints_are_moved_and_for_all_their_values():
+    name, joints = "double-pantograph", "screw=-50 mm"
+    linkage = rs.load_linkage(name)
+    expected = rs.stiffness(linkage, {"screw": -0.05}).K
+    assert run("convert", name, "--joints", joints, "--to", "graph", "-o", "a.json").exit_code == 0
+    found = rs.stiffness(rs.load("a.json")).K
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    far = refused("convert", name, "--joints", "screw=-900 mm", "--to", "graph", status=1)
+    assert "do not close" in far
+    assert "--near" in refused("convert", name, "--near", "1", "--to", "graph")
+    assert run("convert", name, "--to", "c").stdout == rs.compile(linkage).source(
+        rs.SourceLanguage.C
+    )
+
+
 SPRING = """
 springs:
   - name: counterbalance

@@ -211,6 +211,28 @@ def test_limits_that_cannot_be_kept_are_said(platform):
         found.write("best.yaml", "gough-stewart-b.yaml")
 
 
+def test_an_objective_and_a_limit_under_two_wrenches(platform):
+    """Both are called displacement; one stood for the other."""
+    down, across = np.eye(6)[2] * 1000, np.eye(6)[0] * 1000
+    most = 6e-6
+    found = rs.optimise(
+        platform,
+        rs.DisplacementUnder(down),
+        RANGES,
+        poses=POSES,
+        constraints=[rs.Within(rs.DisplacementUnder(across), most=most)],
+    )
+    sink, shift = (
+        np.linalg.norm(rs.deflection(found.robot.numeric, POSES, F).twist[:, :3], axis=1).max()
+        for F in (down, across)
+    )
+    assert found.ending is rs.Ending.OPTIMUM
+    assert found.objective == pytest.approx(sink, rel=1e-9)
+    assert shift == pytest.approx(most, rel=1e-5)
+    free = rs.optimise(platform, rs.DisplacementUnder(down), RANGES, poses=POSES)
+    assert free.objective < 0.9 * found.objective
+
+
 def test_best_values_are_written_into_a_copy_of_the_model_file(tmp_path):
     """In the units of the file, also where a sum or a bare number stood; all else stays."""
     lines = robot_file("gough-stewart-b").read_text().splitlines()

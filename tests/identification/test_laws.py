@@ -94,3 +94,26 @@ def test_readings_of_another_kind_are_told_by_equilibria(kind: rs.Reading, body:
     other = campaign(kind, body)
     off = np.abs(found.predict(other)[0] - other.values)[other.is_read].max()
     assert off < (0.1 if kind is rs.Reading.TORQUE else 3e-6)  # N m, m
+
+
+def test_displacements_beside_a_spring_between_bodies():
+    """Such a spring acts under finite loads alone, as do all readings of its robot."""
+    robot, marker = rs.load("examples/loaded-arm.yaml"), np.array([0.1, 0.05, 0.02])
+    ends = rs.BodyPoint("base", [-0.2, 0, 0.5]), rs.BodyPoint("arm/joint2", [0, 0, 0.3])
+    robot = robot.with_springs([rs.BodySpring("compensator", ends, stiffness=2e4, free_length=0.1)])
+    q = rs.random_postures(robot, 4).values
+    W, at_rest = np.array([60.0, 50, -80, 10, 0, 5]), np.zeros(6)
+
+    def place(row: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+        pose = rs.equilibrium(robot, rs.JointCoordinates(row), wrench).pose
+        return pose[:3] + Rotation.from_rotvec(pose[3:]).apply(marker)
+
+    moved = [place(row, W) - place(row, at_rest) for row in q]
+    motions = rs.Measurements(
+        rs.JointCoordinates(q), moved, wrenches=W, sigma=1e-6, kinds=rs.Reading.DISPLACEMENT
+    )
+    frames = rs.KnownFrames({"marker": marker}, [0.0] * 6)
+    found = rs.identify(robot, motions, ["arm/joint2", "arm/joint3"], frames=frames)
+    for unknown in found.model.parameters:
+        assert found.values[unknown.name] == pytest.approx(unknown.nominal, rel=1e-8)
+    assert found.chi_square < 1e-9

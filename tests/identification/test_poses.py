@@ -15,10 +15,11 @@ MARKS = {"m1": [0.08, 0.1, 0.0], "m2": [0.05, -0.09, 0.08], "m3": [0.05, -0.05, 
 FORCE, SIGMA = np.array([900.0, -500, -2000]), 1e-6
 
 
-def _read(robot: rs.Robot, poses: np.ndarray) -> rs.Measurements:
+def _read(robot: rs.Robot, poses: np.ndarray, force: np.ndarray = FORCE) -> rs.Measurements:
     """What is read of the nominal robot without and with the force, in world axes."""
-    loads = np.tile([[0.0] * 6, [*FORCE, 0, 0, 0]], (len(poses), 1))
-    loaded = np.asarray(rs.equilibrium(robot, np.repeat(poses, 2, axis=0), loads).pose)
+    loads = np.tile([[0.0] * 6, [*force, 0, 0, 0]], (len(poses), 1))
+    wrenches = loads[:, robot.space.rows]
+    loaded = np.asarray(rs.equilibrium(robot, np.repeat(poses, 2, axis=0), wrenches).pose)
     R = Rotation.from_rotvec(loaded[:, 3:]).as_matrix()
     points = loaded[:, None, :3] + np.array([*MARKS.values()]) @ np.swapaxes(R, 1, 2)
     return rs.Measurements(
@@ -80,13 +81,18 @@ def test_slides_without_limits_stay_near_home():
     assert slide < 0.2
 
 
-def test_expected_errors_are_those_of_an_identification(hexapod):
-    robot = hexapod
+@pytest.mark.parametrize(
+    ("name", "asked", "force"),
+    [("hexapod", "leg*/strut", FORCE), ("3-rrr", "leg*/motor", np.array([60.0, -40, 0]))],
+)
+def test_expected_errors_are_those_of_an_identification(name, asked, force):
+    """Also of a planar robot, whose readings do not tell how high the instrument stands."""
+    robot = rs.load(name)
     chosen = rs.choose_poses(
-        robot, rs.random_postures(robot, 20), 6, ["leg*/strut"], MARKS, forces=FORCE, sigma=SIGMA
+        robot, rs.random_postures(robot, 20), 6, [asked], MARKS, forces=force, sigma=SIGMA
     )
     assert len(set(chosen.rows)) == 6
-    found = rs.identify(robot, _read(robot, chosen.postures), ["leg*/strut"])
+    found = rs.identify(robot, _read(robot, chosen.postures, force), [asked])
     for name, expected in chosen.std.items():
         assert found.std[name] == pytest.approx(expected, rel=1e-3)
 

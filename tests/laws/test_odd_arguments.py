@@ -427,3 +427,10 @@ def test_kinds_of_arguments_do_not_depend_on_what_was_imported(tmp_path):
     before, error = done.stdout.splitlines()
     assert before == "False"
     assert error == "found of write_report: got 3, expected xarray.Dataset or None"
+
+
+def test_what_a_function_inside_refuses_is_named_as_the_argument_of_the_one_that_was_called():
+    with pytest.raises(
+        rs.InputError, match=r"robot of cable_response: got <Robot 'gough-stewart-b'"
+    ):
+        rs.cable_response(rs.load("gough-stewart-b"), wrench=[0, 0, 1])

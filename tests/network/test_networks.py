@@ -1,6 +1,7 @@
 """Laws of networks: beams, loops, braces, mechanisms, units."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -98,6 +99,20 @@ def test_least_energy_gives_the_same_stiffness(platform_ball):
     K = condense(network).K
     assert matrix_distance(energy_stiffness(network), K, 1.0) < 1e-10
     assert np.linalg.eigvalsh(K)[0] > 0
+
+
+def test_motions_that_leave_the_platform_at_rest_displace_it_by_nothing():
+    # four rods turn about their own axes, of which rounding moves the platform by 1e-17
+    machine = rs.load(Path(__file__).parents[1] / "campaign" / "machines" / "4-rpur.yaml")
+    network = network_of_snapshot(with_masses(rs.find_posture(machine)).one(0))
+    for robot in (network, machine):
+        bent = rs.deflection(robot, wrench=[1, 2, 3, 0.4, 0.5, 0.6])
+        assert bent.twist == pytest.approx(rs.compliance(machine) @ bent.wrench, rel=1e-9)
+    sunk = rs.deflection(network, gravity=[1, 2, 3])
+    assert sunk.twist == pytest.approx(
+        rs.deflection(machine, gravity=[1, 2, 3]).twist, rel=1e-9, abs=1e-15
+    )
+    assert sunk.energy == pytest.approx(sum(part.energy for part in sunk.parts), rel=1e-9)
 
 
 def test_a_pendulum_on_the_platform_changes_nothing():

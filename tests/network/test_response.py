@@ -10,7 +10,7 @@ import robostiff as rs
 from robostiff.elasticity import BeamTheory, EulerBernoulli
 from robostiff.errors import NoAnswerError
 from robostiff.markup import page_text
-from robostiff.network import JointElement, Network, beam_between
+from robostiff.network import JointElement, Network, Node, beam_between
 from robostiff.page import page_data, response_page
 from robostiff.spatial import Space, move_twist, move_wrench
 from tests.campaign.loaded_networks import random_frame
@@ -169,6 +169,9 @@ def test_quantities():
         settlements={"a": [0, 0, 1e-3, 0, 0, 0]},
     )
     assert_allclose(found.twists["b"], expected.twists["b"], rtol=1e-12)
+    assert Node("a", [1, 0, 2] * unit.mm).point.tolist() == [1e-3, 0, 2e-3]
+    with pytest.raises(rs.InputError, match=r"point of node .a., entry \[0\]: got .1 kilogram"):
+        Node("a", [1, 0, 2] * unit.kg)
 
 
 def test_nodes_of_a_truss_spin_and_are_displaced_all_the_same():

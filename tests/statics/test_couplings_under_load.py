@@ -6,7 +6,7 @@ import pytest
 import robostiff as rs
 from robostiff.kinematics import find_posture
 from robostiff.model import Actuated, Passive
-from robostiff.network.network import network_of_snapshot
+from robostiff.network import network_of_snapshot
 from tests.campaign.bodies import curvatures, elastic_energy
 from tests.campaign.minima import least
 from tests.cases.metric import distance

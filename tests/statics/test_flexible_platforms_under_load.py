@@ -99,8 +99,8 @@ def test_loads_and_masses_at_nodes_are_those_of_the_network():
     assert frame is not None
     tip2 = frame.in_world(frame.platform.point_of("tip2")) + frame.rotation @ tool.centre
     named = {
-        "platform, tip1": force,
-        "platform, tip2": rs.Mass(3.0, point=tip2),
+        "platform/tip1": force,
+        "platform/tip2": rs.Mass(3.0, point=tip2),
         "platform": [0, 0, -7.0],
     }
     for gravity in (None, "-z"):
@@ -115,7 +115,7 @@ def test_loads_and_masses_at_nodes_are_those_of_the_network():
     )
     assert np.allclose(far.displacement, same.displacement, rtol=0, atol=1e-12)
     heavy = {name: own for name, own in loads.items() if isinstance(own, rs.Mass)}
-    other = {"platform, tip2": named["platform, tip2"]}
+    other = {"platform/tip2": named["platform/tip2"]}
     own = [rs.modes(star, masses=heavy).frequencies, rs.modes(network, masses=other).frequencies]
     assert np.allclose(own[0][:20], own[1][:20], rtol=1e-8)
     assert own[0][0] < rs.modes(star).frequencies[0]

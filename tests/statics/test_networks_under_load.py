@@ -11,8 +11,14 @@ from robostiff.elasticity import Elasticity, circle
 from robostiff.kinematics import with_masses
 from robostiff.linkage import Connection, Linkage
 from robostiff.model import Actuated, Passive, PlacedFreedom, revolute
-from robostiff.network import JointElement, Network, Node, SpringElement, beam_between
-from robostiff.network.network import network_of_snapshot
+from robostiff.network import (
+    JointElement,
+    Network,
+    Node,
+    SpringElement,
+    beam_between,
+    network_of_snapshot,
+)
 from robostiff.spatial import Frame
 from robostiff.statics import Bowing
 from tests.statics.robots_under_load import loaded, root

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.model import Chain, Link, ParallelBlock, PlacedFreedom
+from robostiff.model import Chain, Link, ParallelBlock, PlacedFreedom, PlacedLeg
 from robostiff.network import JointElement, Network, Node
 from robostiff.spatial import Frame
 from tests.campaign.bodies import elastic_energy
@@ -157,3 +157,45 @@ def test_a_rigid_loop_that_is_closed_twice_holds_no_more(load: float):
     linear = rs.stiffness(parallelogram(()))
     if load < 1:
         assert distance(twice.K, linear.K) < 1e-5
+
+
+def _arm_of_drives(tilts: np.ndarray) -> rs.Snapshot:
+    """Drives about x and z, and a slide along y: nothing turns about y but for `tilts` (6, 3)."""
+    axes = np.eye(3)[[2, 0, 0, 0, 2, 1]] + tilts
+    points = np.array([[3, 0, 2], [11, -8, 6], [5, 4, -12], [-7, -4, 0], [-5, 6, -8], [-1, 4, 6]])
+    stiffness = (1.2e6, 2.8e6, 1.9e4, 2.6e6, 1.3e5, 2.2e6)
+    each = zip(axes, points / 10, (1.4, 0.0, 0.0, 0.0, 0.6, None), stiffness, strict=True)
+    drives = tuple(
+        PlacedFreedom(axis / np.linalg.norm(axis), point, pitch, f"j{i}", rs.Actuated(k))
+        for i, (axis, point, pitch, k) in enumerate(each)
+    )
+    return rs.Snapshot("arm", (PlacedLeg("arm", drives, np.zeros(3)),), np.zeros(3))
+
+
+def test_a_direction_that_rounding_alone_moves_is_rigid():
+    rng = np.random.default_rng(3)
+    exact, rounded = (_arm_of_drives(s * rng.normal(size=(6, 3))) for s in (0.0, 1e-12))
+    wrench, loads = rng.normal(size=6), {"arm/j4": rs.DeadForce([1, -2, 3], [0.1, 0.2, 0.3])}
+    for ask in (rs.deflection, rs.equilibrium):
+        truth, answer = (ask(arm, wrench=1e-3 * wrench, loads=loads) for arm in (exact, rounded))
+        assert answer.status == truth.status == rs.Status.RIGID_DIRECTION
+        assert answer.energy == pytest.approx(truth.energy, rel=1e-6)
+    assert rs.deflection(rounded, wrench=wrench).twist == pytest.approx(
+        rs.deflection(exact, wrench=wrench).twist, rel=1e-6, abs=1e-12
+    )
+
+
+@pytest.mark.parametrize("tilt", [1e-16, 1e-13])
+def test_rigid_parts_that_carry_all_drive_nothing(tilt: float):
+    rows = [rs.DHRow(a=0.5), rs.DHRow(a=0.4), rs.DHRow(a=0.1)]
+    stands = Frame(Rotation.from_rotvec([0.7 * tilt, tilt, 0]).as_matrix(), np.zeros(3))
+    arms = (
+        rs.serial_arm(
+            rows, convention=rs.DHConvention.STANDARD, joint_stiffness=[2e4, 2e4, 1e4], base=base
+        )
+        for base in (Frame.identity(), stands)
+    )
+    at, wrench, force = rs.JointCoordinates([0.3, 0.4, 0.5]), [10, 20, 30, 1, 2, 3], [0, 0, -80]
+    level, tilted = (rs.deflection(arm, at, wrench, loads={"arm/joint1": force}) for arm in arms)
+    assert tilted.status == level.status == rs.Status.RIGID_DIRECTION
+    assert tilted.twist == pytest.approx(level.twist, rel=1e-9, abs=1e-12)

@@ -82,6 +82,7 @@ def test_springs_between_bodies_are_the_limit_of_an_equilibrium(name: str, body:
     assert bent.status == 0
     assert np.allclose(bent.twist, answer.displacement / small, rtol=1e-4, atol=1e-9)
     assert np.isclose(bent.energy, answer.energy / small**2, rtol=1e-4)
+    assert np.isclose(sum(part.energy for part in bent.parts), bent.energy, rtol=1e-9)
     known = {(part.leg, part.part): part for part in answer.parts}
     for reaction in bent.reactions:
         wrench = known[reaction.leg, reaction.joint].wrench / small
@@ -108,4 +109,5 @@ def test_spring_alone_holds_a_platform():
     assert bent.status == 0
     assert np.isclose(bent.twist[0], 8 / 400)
     assert np.isclose(bent.energy, 8**2 / 400 / 2)
+    assert (bent.parts[0].name, round(bent.parts[0].share, 9)) == ("springs/spring", 1.0)
     assert not rs.deflection(robot, None, [8.0, 0, 0]).has_answer

@@ -1,6 +1,7 @@
 """Every shipped robot answers at its sliders, and what it shows is what the library computes."""
 
 import re
+from pathlib import Path as File
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.plot import Category, Marks, Path, Text
-from robostiff_view import machine_of
+from robostiff_view import machine_of, parameters_written
 from robostiff_view.answer import Look
 from robostiff_view.sliders import Slider, parameter_sliders
 
@@ -124,11 +125,42 @@ def test_parameters_that_are_numbers_have_sliders():
     assert found["k [N/m]"].high == 2e8
 
 
+def test_parameters_of_a_side_file_beside_its_description_have_sliders():
+    """Named on the command line, or found by the name of the description."""
+    side = "examples/four-bar.stiffness.yaml"
+    for given in (None, side):
+        assert parameters_written("examples/four-bar.xml", given) == {"angle": "0 deg"}
+    assert parameters_written("examples/ur5.urdf", None) == {}
+    assert parameters_written("examples/portal.json", None) == {}
+
+
 @pytest.mark.parametrize("width", [1e-6, 0.02, 1.0, 730.0, 2e8])
 def test_steps_are_round_and_some_hundred(width):
     step = Slider("q", "", 0.0, width, 0.0).step
     assert 100 <= width / step <= 400.5
     assert f"{step:e}"[0] in "125"
+
+
+def test_a_robot_whose_joints_are_in_one_point_has_sliders():
+    """Two slides, one on the other: at home all of it is one point, without a size."""
+    machine = machine_of(rs.load("examples/ball-screws.yaml"))
+    assert [slider.name for slider in machine.sliders] == ["x", "y"]
+    assert machine.sliders[0].high == 500.0
+    assert machine.answer({"x": 0.1, "y": 0.0}, small_load(machine), Look()).status == "ok"
+
+
+def test_actuated_joints_of_a_linkage_without_home_are_moved(tmp_path):
+    side = File("examples/four-bar.stiffness.yaml").read_text()
+    (tmp_path / "s.yaml").write_text(side.replace("home: {crank: angle}", ""))
+    linkage = rs.load_linkage("examples/four-bar.xml", side=tmp_path / "s.yaml")
+    machine = machine_of(linkage)
+    assert [slider.name for slider in machine.sliders] == ["crank"]
+    shown = machine.answer({"crank": 0.2}, np.zeros(6), Look())
+    expected = rs.stiffness(linkage, {"crank": 0.2})
+    assert shown.status == str(expected.status)
+    np.testing.assert_allclose(
+        numbers(shown.stiffness), expected.K, rtol=0, atol=1e-9 * np.abs(expected.K).max()
+    )
 
 
 def test_what_is_no_robot_is_refused():

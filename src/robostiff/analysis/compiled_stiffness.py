@@ -28,8 +28,10 @@ from robostiff.analysis.questions import Question, dispatched
 from robostiff.analysis.record_file import RecordFile
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
+    ArrayCode,
     Backend,
     Kernel,
+    MachineCode,
     Output,
     Rates,
     SourceLanguage,
@@ -40,7 +42,7 @@ from robostiff.compiled import (
 from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError, OpenAtHomeError, Words
-from robostiff.frozen import frozen
+from robostiff.frozen import frozen, replace
 from robostiff.kinematics import JointCoordinates
 from robostiff.record import Flag
 from robostiff.version import __version__
@@ -114,6 +116,10 @@ class CompiledStiffness(AtGeneralPoses):
             file.write(read)
         taken = taken.taken_by(kernel, joint_kernel)
         return cls(rank, status, verified, kernel, taken, joint_kernel, ranks=ranks)
+
+    def by(self, code: type[MachineCode] | type[ArrayCode]) -> Self:
+        """The same for poses, run by another code."""
+        return replace(self, kernel=self.kernel.by(code))
 
     @property
     def subject(self) -> Any:

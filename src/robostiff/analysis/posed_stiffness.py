@@ -6,8 +6,9 @@ The record is kept with the machine, and made once it pays.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
@@ -42,12 +43,13 @@ _READER, _CALLS = "robostiff.analysis.compiled_stiffness", 2
 
 @dataclass
 class KeptRecord:
-    """The record of one machine: read from disk, or made once it pays; run by NumPy at first.
+    """A record of one machine: read from disk, or made once it pays; run by NumPy at first.
 
     It pays once as many poses were computed without it as `Question.pays` says.
     """
 
-    machine: Any
+    made: Callable[[bool], Any]  # read from disk alone where it does not pay; None where it is not
+    is_near: Callable[[int, int], bool]  # whether to look for it, by calls, and poses of the last
     calls: int = 0
     poses: int = 0  # computed without the record, or by NumPy
     compiled: Any = None  # run by NumPy
@@ -59,40 +61,42 @@ class KeptRecord:
         """What computes that many poses; None where it does not pay yet, or there is no record."""
         a_call, recording, machine_code = pays
         self.poses += a_call + count
-        if self.compiled is None:
-            if not self.is_tried:
-                self._seek(self.poses >= recording)
-        elif count > 1 and self.poses > machine_code and self.by_machine_code is None:
+        if self.compiled is None and not self.is_tried:
+            self._seek(count, self.poses >= recording)
+        many = count > 1 and self.poses > machine_code
+        if many and self.compiled is not None and self.by_machine_code is None:
             from robostiff.compiled import MachineCode, machine_code_is_available
 
-            found = self.compiled
-            if machine_code_is_available():
-                found = replace(found, kernel=found.kernel.by(MachineCode))
-            self.by_machine_code = found
+            is_there = machine_code_is_available()
+            self.by_machine_code = self.compiled.by(MachineCode) if is_there else self.compiled
         return self.compiled if count == 1 else self.by_machine_code or self.compiled
 
-    def _seek(self, pays: bool) -> None:
+    def _seek(self, count: int, pays: bool) -> None:
         self.calls += 1
-        is_near = _READER in sys.modules or self.calls >= _CALLS
-        if not pays and (self.is_sought or not is_near):
+        if not pays and (self.is_sought or not self.is_near(self.calls, count)):
             return
-        from robostiff.analysis.compiled_stiffness import CompiledStiffness
-        from robostiff.analysis.kernel_inputs import recordable
-        from robostiff.compiled import Backend
-
-        self.is_sought = True
+        self.is_sought, self.is_tried = True, pays
         with suppress(InputError, NoAnswerError):
-            taken = dispatched(recordable, self.machine)(self.machine, (), None)
-            most = _MOST_OPERATIONS if pays else 0
-            made = CompiledStiffness.of(taken, backend=Backend.ARRAYS, most=most)
-            self.compiled, self.poses = (made, 0) if made.verified else (None, self.poses)
-        self.is_tried = pays
+            self.compiled = self.made(pays)
+        if self.compiled is not None:
+            self.poses = count
 
 
 @kept
 def record_of(machine: Any) -> KeptRecord:
     """The record of a robot or of a driven linkage, kept with it."""
-    return KeptRecord(machine)
+
+    def made(pays: bool) -> Any:
+        from robostiff.analysis.compiled_stiffness import CompiledStiffness
+        from robostiff.analysis.kernel_inputs import recordable
+        from robostiff.compiled import Backend
+
+        taken = dispatched(recordable, machine)(machine, (), None)
+        most = _MOST_OPERATIONS if pays else 0
+        found = CompiledStiffness.of(taken, backend=Backend.ARRAYS, most=most)
+        return found if found.verified else None
+
+    return KeptRecord(made, lambda calls, _: _READER in sys.modules or calls >= _CALLS)
 
 
 def recorded_at_one(robot: Robot, pose: Any) -> PosesOfRobot | None:

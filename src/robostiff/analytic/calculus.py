@@ -176,7 +176,7 @@ def _by_steps(derivation: Formula, symbol: sp.Symbol) -> FormulaDerivative:
         steps.definitions.append(definition)
         expression: Any = definition.expression
         if expression.is_Pow and expression.exp == sp.S.Half:
-            change = _rate(expression.base, rates) / (2 * definition.symbol)
+            change = sp.S.Half * _rate(expression.base, rates) / definition.symbol
         else:
             change = _rate(expression, rates)
         if change != 0:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -252,21 +253,24 @@ def _in_given_symbols(leg: LegDerivation, full: dict[Any, Any], n: int) -> LegDe
 def _in_steps(placed: PlacedRobot, remark: str, *, steps_asked: bool) -> RobotDerivation:
     """The record itself, its steps named."""
     recorded = placed.recorded
-    for number, leg in enumerate(recorded.legs, start=1):
-        for k, (w, mu) in enumerate(zip(leg.wrenches, leg.mu, strict=True), start=1):
-            index = f"{number}_{k}" if len(leg.wrenches) > 1 else f"{number}"
-            if isinstance(mu, Entry):
-                mu.named(f"c_{index}")
-            for i, x in enumerate(w, start=1):
+    # Wrenches and compliances; self-stresses of a loop, without a resultant, add nothing to K.
+    pairs = [
+        [(w, mu) for w, mu in zip(leg.wrenches, leg.mu, strict=True) if not all(map(is_zero, w))]
+        for leg in recorded.legs
+    ]
+    for number, own in enumerate(pairs, start=1):
+        for k, (w, mu) in enumerate(own, start=1):
+            index = f"{number}_{k}" if len(own) > 1 else f"{number}"
+            names = f"c_{index}", *(f"w_{index}_{i}" for i in range(1, len(w) + 1))
+            for name, x in zip(names, (mu, *w), strict=True):
                 if isinstance(x, Entry):
-                    x.named(f"w_{index}_{i}")
+                    x.named(name)
     n = recorded.space.size
     # The upper triangle of K; many wrenches that meet one compliance are divided by it as a sum.
     groups: dict[Any, tuple[Any, list[Any]]] = {}
-    for leg in recorded.legs:
-        for w, mu in zip(leg.wrenches, leg.mu, strict=True):
-            key = mu.step if isinstance(mu, Entry) else ("number", mu)
-            groups.setdefault(key, (mu, []))[1].append(w)
+    for w, mu in chain.from_iterable(pairs):
+        key = mu.step if isinstance(mu, Entry) else ("number", mu)
+        groups.setdefault(key, (mu, []))[1].append(w)
     upper: dict[tuple[int, int], Any] = dict.fromkeys(recorded.K, 0)
     for mu, wrenches in groups.values():
         at_last = len(upper) < sum(not is_zero(x) for w in wrenches for x in w)
@@ -274,27 +278,24 @@ def _in_steps(placed: PlacedRobot, remark: str, *, steps_asked: bool) -> RobotDe
         for (i, j), so_far in upper.items():
             total = sum((a[i] * b[j] for a, b in zip(first, wrenches, strict=True)), 0)
             upper[i, j] = so_far + (total / mu if at_last else total)
-    of_legs = [[*(x for w in leg.wrenches for x in w), *leg.mu] for leg in recorded.legs]
-    results = [*upper.values(), *(x for leg in of_legs for x in leg)]
+    of_legs = ([*(x for w, _ in own for x in w), *(mu for _, mu in own)] for own in pairs)
     reading = StepReading(
         placed.record,
         placed.symbols,
-        results,
+        [*upper.values(), *chain.from_iterable(of_legs)],
         placed.springs,
         at_closed_postures=placed.follows.any,
     )
     K = sp.ImmutableMatrix(n, n, lambda i, j: reading(upper[min(i, j), max(i, j)]))
-    of_legs = [[reading(x) for x in leg] for leg in of_legs]
     legs = []
-    each = _bare_legs(placed, recorded)
     named: set[Any] = set()
-    for i, entries in enumerate(of_legs):
-        used = used_definitions(reading.definitions, entries)
+    for leg, own in zip(_bare_legs(placed, recorded), pairs, strict=True):
+        w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w, _ in own)
+        c = tuple(reading(mu) for _, mu in own)
+        used = used_definitions(reading.definitions, [*(x for v in w for x in v.flat()), *c])
         new = tuple(d for d in used if d.symbol not in named)  # that the leg is the first to need
         named |= {d.symbol for d in new}
-        w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w in recorded.legs[i].wrenches)
-        c = tuple(reading(mu) for mu in recorded.legs[i].mu)
-        legs.append(replace(each[i], wrenches=w, compliances=c, definitions=new))
+        legs.append(replace(leg, wrenches=w, compliances=c, definitions=new))
     parts = placed, K, legs, reading.definitions
     return _derivation(*parts, remark=remark, in_steps=True, steps_asked=steps_asked)
 
@@ -307,9 +308,8 @@ def _closed(placed: PlacedRobot, limit: int, of_all: float) -> RobotDerivation:
         raise FormulaTooLargeError.beyond(limit)
     read = ClosedReading(placed.record, placed.written_out)
     found = closed_sum(_in_formulas(recorded.legs, read), recorded.space.size, limit, of_all)
-    each = zip(
-        _bare_legs(placed, recorded), found.wrenches, found.compliances, found.legs, strict=True
-    )
+    bare = _bare_legs(placed, recorded)
+    each = zip(bare, found.wrenches, found.compliances, found.legs, strict=True)
     legs = [replace(leg, wrenches=w, compliances=c, K=K) for leg, w, c, K in each]
     return _derivation(placed, found.K, legs)
 

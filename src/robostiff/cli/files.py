@@ -253,14 +253,14 @@ class Convert(Command, name="convert"):
 
     def run(self) -> int:
         """Write a robot at a pose in another form."""
-        from robostiff.cli.arguments import chosen
+        from robostiff.cli import arguments as written
         from robostiff.extras import WRITERS, added, is_offered, loaded
 
         form, answer = self.form, self.answer
         output = None if self.output == "-" else self.output
         writer = loaded(WRITERS, form) if is_offered(WRITERS, form) else None
         forms = {**_FORMS, **{name: loaded(WRITERS, name).endings for name in added(WRITERS)}}
-        suffixes = chosen("--to", form, forms)
+        suffixes = written.chosen("--to", form, forms)
         if output is None and answer.as_json:
             raise InputError("--json", expected="a file beside it", hint="write -o FILE")
         path = output_beside(output, answer)
@@ -273,17 +273,15 @@ class Convert(Command, name="convert"):
                 hint=f"or write {', '.join(others)}",
             )
         ending = "" if path is None else path.suffix.lower()
-        robot = self.model.load()
+        robot = written.loaded(self.model, None if form in _KERNELS else self.place)
         frozen = partial(_frozen, self.model.source, robot, self.place, form)
         if form in _KERNELS:
             from robostiff.analysis.compiled_stiffness import compile_stiffness
             from robostiff.compiled import Backend, SourceLanguage
 
             if any(vars(self.place)[key] is not None for key in ("pose", "joints", "near")):
-                expected = f"none beside --to {form}"
-                raise InputError("--pose, --joints, --near", expected=expected)
-            made = compile_stiffness(robot, backend=Backend.ARRAYS)
-            text = made.source(SourceLanguage(form))
+                raise InputError("--pose, --joints, --near", expected=f"none beside --to {form}")
+            text = compile_stiffness(robot, backend=Backend.ARRAYS).source(SourceLanguage(form))
         elif writer is not None:
             text = writer.text(frozen(), ending)
         else:
@@ -310,9 +308,11 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
     """The robot at the pose: a snapshot of legs, or a network for the other forms."""
     from robostiff.cli import arguments as written
     from robostiff.kinematics import find_posture, with_masses
-    from robostiff.network.network import network_of_snapshot
+    from robostiff.linkage import network_at
+    from robostiff.network import network_of_snapshot
 
-    pose = written.pose(robot, place)
+    pose, near = written.pose(robot, place), written.near(robot, place)
+    robot = network_at(robot, pose) if robot.kind == "linkage" else robot
     subject = f"{form} of {source!r}"
     if not robot.is_frozen:
         written.check_kind(robot, {"robot"}, subject, expected="a robot or a snapshot of legs")
@@ -323,7 +323,7 @@ def _frozen(source: str, robot: Any, place: Posing, form: str) -> Any:
                 f"{form} of {robot.name!r}: the file has the stiffness of {names} at this pose, "
                 "and no law: under finite loads it answers otherwise than the robot"
             )
-        posture = find_posture(robot, pose, near=written.near(robot, place))
+        posture = find_posture(robot, pose, near=near)
         if not posture.reached.all():
             raise NoAnswerError(f"no {form} of {source!r}: {'; '.join(posture.complaints)}")
         robot = with_masses(posture).one(0)

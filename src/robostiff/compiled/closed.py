@@ -98,11 +98,6 @@ class ClosedCode:
         return replace(self, whole=self.whole and self.whole.by(code), many=many)
 
     @property
-    def in_arrays(self) -> ClosedCode:
-        """The same without machine code, for few poses."""
-        return replace(self, whole=None, many=self.few)
-
-    @property
     def operations(self) -> int:
         """Number of operations a pose takes, with the usual number of steps."""
         if self.whole is not None:

@@ -52,7 +52,7 @@ def kept_kernel(
 class NumbersOfDesigns:
     """Outputs of one number at some poses, and their rates with parameters."""
 
-    compiled: CompiledStiffness
+    kernels: tuple[CompiledStiffness, ...]
     outputs: tuple[Output, ...]
     names: tuple[str, ...]  # of the parameters that vary
     poses: Any  # (N, n) array or JointCoordinates
@@ -61,16 +61,18 @@ class NumbersOfDesigns:
     def of(
         robot: Robot, outputs: Sequence[Output], names: Sequence[str], poses: Poses
     ) -> NumbersOfDesigns:
-        """Compile the outputs and their gradients.
+        """Compile the outputs and their gradients, those of one name in a kernel for each wrench.
 
         Raises InputError when an output has several numbers, or a name is no parameter.
         """
-        parts = {
-            part.name: part for one in outputs for part in _smooth(one, robot.space.translations)
-        }
-        rates = [Gradient(part, names) for part in parts.values()]
-        compiled = kept_kernel(robot, (*parts.values(), *rates), tuple(names))
-        return NumbersOfDesigns(compiled, tuple(outputs), tuple(names), kernel_poses(robot, poses))
+        cases: list[dict[str, Output]] = []
+        for part in (part for one in outputs for part in _smooth(one, robot.space.translations)):
+            case = next((case for case in cases if case.get(part.name, part) == part), None)
+            cases += [case := {}] if case is None else []
+            case[part.name] = part
+        each = ([*parts.values(), *(Gradient(p, names) for p in parts.values())] for parts in cases)
+        kernels = tuple(kept_kernel(robot, tuple(parts), tuple(names)) for parts in each)
+        return NumbersOfDesigns(kernels, tuple(outputs), tuple(names), kernel_poses(robot, poses))
 
     def at(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Numbers (outputs, N), their rates (outputs, N, n), and status codes (N,), at values (n,).
@@ -79,20 +81,24 @@ class NumbersOfDesigns:
         the rates are those of one of them.
         """
         given = dict(zip(self.names, map(float, values), strict=True))
-        answer = self.compiled.evaluate(self.poses, parameters=given)
-        d = self.compiled.kernel.space.translations
+        answers = [compiled.evaluate(self.poses, parameters=given) for compiled in self.kernels]
+        known = {
+            output: answer.values[output.name]
+            for compiled, answer in zip(self.kernels, answers, strict=True)
+            for output in compiled.kernel.outputs
+        }
+        d = self.kernels[0].kernel.space.translations
         numbers, rates = [], []
         for output in self.outputs:
-            found = [
-                (answer.values[part.name], answer.values[f"d{part.name}"])
-                for part in _smooth(output, d)
-            ]
-            values, slopes = map(np.array, zip(*found, strict=True))
+            parts = _smooth(output, d)
+            values = np.array([known[part] for part in parts])
+            slopes = np.array([known[Gradient(part, self.names)] for part in parts])
             if isinstance(output, WorstDeflection):
                 values, slopes = _largest_eigenvalue(values, slopes, d)
             numbers.append(values.reshape(-1, values.shape[-1])[0])
             rates.append(slopes.reshape(-1, *slopes.shape[-2:])[0])
-        return np.array(numbers), np.array(rates), answer.status_codes
+        codes = [answer.status_codes for answer in answers]
+        return np.array(numbers), np.array(rates), np.bitwise_or.reduce(codes)
 
 
 def _smooth(output: Output, d: int) -> list[Output]:

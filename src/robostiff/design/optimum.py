@@ -244,9 +244,8 @@ def optimise(
     """
     names, (low, high) = tuple(variables), _ranges(variables)
     limits = [*constraints, Within(_Room(), least=_ROOM)]
-    outputs = {output.name: output for output in (objective, *(each.output for each in limits))}
-    rows = {name: k for k, name in enumerate(outputs)}
-    numbers = NumbersOfDesigns.of(robot, [*outputs.values()], names, poses)
+    outputs = tuple(dict.fromkeys([objective, *(each.output for each in limits)]))
+    numbers = NumbersOfDesigns.of(robot, outputs, names, poses)
     begun = {n: as_float(f"start of {n}", x, "a number [SI]") for n, x in (start or {}).items()}
     x = np.array([begun.get(name, robot.nominal.get(name, np.nan)) for name in names])
     x = np.clip(np.where(np.isfinite(x), x, 0.5 * (low + high)), low, high)
@@ -278,7 +277,7 @@ def optimise(
             above = np.column_stack([-rates[0] / size, np.ones(values.shape[1])])
             parts.append((z[n] - values[0] / size, above))
         for limit in limits:
-            row = rows[limit.output.name]
+            row = outputs.index(limit.output)
             for _, bound, scale in limit.bounds:
                 rate = np.pad(scale * rates[row], ((0, 0), (0, int(is_worst))))
                 parts.append((scale * (values[row] - bound), rate))
@@ -300,7 +299,7 @@ def optimise(
         f"{limit.output.name} at {word} {number(bound)}"
         for limit in constraints
         for word, bound, scale in limit.bounds
-        if abs(np.min(scale * (values[rows[limit.output.name]] - bound))) <= _REACHED
+        if abs(np.min(scale * (values[outputs.index(limit.output)] - bound))) <= _REACHED
     ]
     return Optimum(
         values=best,

@@ -327,8 +327,7 @@ class _DrawnRobots:
     @cached_property
     def rows(self) -> np.ndarray:
         """Poses (N, n)."""
-        poses = self.poses
-        return np.asarray(poses.values if isinstance(poses, JointCoordinates) else poses)
+        return np.asarray(getattr(self.poses, "values", self.poses))
 
     @cached_property
     def _root(self) -> np.ndarray:

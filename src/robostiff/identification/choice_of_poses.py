@@ -257,6 +257,8 @@ def choose_poses(
     if lost:
         words = [s for s in report.not_identified if any(name in s for name in lost)]
         raise NoAnswerError("no choice of these postures determines all: " + "; ".join(words))
+    # places of frames that no reading tells, such as heights above a planar robot
+    M, before = (np.delete(np.delete(m, report.fixed, -1), report.fixed, -2) for m in (M, before))
     judge = _Judge(M.sum(axis=0) + before, before, p, _wanted(criterion, statics, x[:p], scale[:p]))
     random = np.random.default_rng(seed)
 

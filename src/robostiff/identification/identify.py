@@ -20,7 +20,7 @@ from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
 from robostiff.identification.search import Robust, Squares, fitted
 from robostiff.identification.states import FiniteLoads, PlacesInStates, SmallLoads, States
-from robostiff.identification.unknowns import Unknown, UnknownKind, with_unknowns
+from robostiff.identification.unknowns import ELASTIC, Unknown, with_unknowns
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.markup import number
@@ -302,7 +302,7 @@ def _model_of(
     states = States.of(robot, measured, R)
     p = np.array([unknown.nominal for unknown in parameters])
     statics: FiniteLoads | SmallLoads = FiniteLoads(states, robot, parameters, gravity)
-    if all(u.kind in (UnknownKind.COMPLIANCE, UnknownKind.FACTOR) for u in parameters):
+    if all(u.kind in ELASTIC for u in parameters) and not robot.springs:
         statics = SmallLoads(states, statics)
     statics = statics.of_readings(measured, states)
     try:

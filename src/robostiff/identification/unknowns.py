@@ -47,6 +47,10 @@ class UnknownKind(Enum):
     FRAME = "frame"
 
 
+#: Of springs: readings are in proportion to these where loads are small.
+ELASTIC = UnknownKind.COMPLIANCE, UnknownKind.FACTOR
+
+
 @frozen
 class Unknown:
     """A number that is to be found."""
@@ -346,8 +350,7 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
     """
     n, length = len(unknowns), np.linalg.norm(J, axis=0)
     # columns that are nothing beside those of their kind
-    springs = (UnknownKind.COMPLIANCE, UnknownKind.FACTOR)
-    scaled = length * [abs(u.nominal) if u.kind in springs else 1.0 for u in unknowns]
+    scaled = length * [abs(u.nominal) if u.kind in ELASTIC else 1.0 for u in unknowns]
     kinds = [(unknown.kind, unknown.unit) for unknown in unknowns]
     largest = {kind: max(scaled[[other == kind for other in kinds]]) for kind in kinds}
     fixed = [k for k in range(n) if scaled[k] <= _NO_COLUMN * largest[kinds[k]]]
@@ -356,11 +359,11 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
         f"no measurement depends on {unknown.name}: no load strains it (a force that is parallel "
         "to its axis, or meets it, does not); add a load in another direction or at another point"
         for unknown in without
-        if unknown.kind in springs
+        if unknown.kind in ELASTIC
     ]
     sentences += [
         f"no measurement depends on {name}; add other postures or markers"
-        for name in names_in_words([unknown for unknown in without if unknown.kind not in springs])
+        for name in names_in_words([unknown for unknown in without if unknown.kind not in ELASTIC])
     ]
     free = [k for k in range(n) if k not in fixed]
     weak, correlated = [], []

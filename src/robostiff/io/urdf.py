@@ -8,6 +8,7 @@ as SDF has it.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
@@ -87,7 +88,7 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
         raise root.error("URDF", got=Words("no link"), expected="at least one")
     # At the joint: that of a transmission of one joint, as Drake or others have it, times the
     # square of its reduction; or the armature among the dynamics of a joint, as it is.
-    rotors: dict[str, float] = {}
+    rotors, known = dict[str, float](), _names(root.all("joint"), "joint")
     for transmission in root.all("transmission"):
         joints = transmission.all("joint")
         parts = [part for tag in ("actuator", "joint") for part in transmission.all(tag)]
@@ -97,7 +98,9 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
             rotors[joints[0].attributes.get("name", "")] = inertia * ratio**2
     for element in root.all("joint"):
         if armature := _attribute_or_text(element, "armature", "armature"):
-            rotors[element.attributes.get("name", "")] = armature
+            rotors[element.attributes["name"]] = armature
+    stray = [(joint, root.location) for joint in rotors if joint not in known]
+    warn_of_parts_not_read({"rotors of no joint,": stray})
     for joint, inertia in rotors.items():
         if inertia < 0:
             raise root.error(f"rotor of joint {joint!r}", got=inertia, expected="an inertia, or 0")
@@ -107,7 +110,7 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
         links=tuple(links),
         joints=tuple(
             replace(_joint(element, links), inertia=rotors.get(joint, 0.0))
-            for joint, element in _names(root.all("joint"), "joint").items()
+            for joint, element in known.items()
         ),
         masses={key: mass for key, link in links.items() if (mass := _mass(link)) is not None},
     )
@@ -235,6 +238,7 @@ _READ = {  # of joints and inertials, with their attributes; () for any
     **dict.fromkeys(("springReference", "calibration", "safety_controller"), ()),
 }
 
+_Unread = defaultdict[str, list[tuple[str, Location]]]  # for each kind, names and places
 _TURNING, _BALL = ("revolute", "continuous", "hinge"), ("ball", "spherical")
 
 
@@ -243,7 +247,7 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
 
     Raises FileError where their numbers are none.
     """
-    unread: dict[str, list[tuple[str, Location]]] = {}
+    unread = _Unread(list)
     drawn = drawn_links(tree, {})
     loops = []
     of_gazebo = [
@@ -255,7 +259,7 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     for element in (*of_gazebo, *root.all("loop_joint"), *root.all("constraint")):
         loop = _loop(element, drawn)
         if loop is None:
-            unread.setdefault("loops", []).append(element.place)
+            unread["loops"].append(element.place)
         else:
             taken = {joint.name for joint in tree.joints} | {other.name for other in loops}
             name = loop.name
@@ -266,24 +270,28 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     _name_parts_not_read(root, unread)
     for element in root.children:
         if element.tag not in _HARMLESS:
-            of_xacro = " (expanded in a file that is called .xacro)" * element.tag.startswith(
-                "xacro:"
-            )
-            unread.setdefault(f"<{element.tag}>{of_xacro}", []).append(element.place)
+            words = " (expanded in a file that is called .xacro)"
+            words *= element.tag.startswith("xacro:")
+            unread[f"<{element.tag}>{words}"].append(element.place)
         elif element.tag == "transmission" and len(element.all("joint")) > 1:
-            unread.setdefault("transmissions that connect several joints", []).append(element.place)
+            unread["transmissions that connect several joints"].append(element.place)
         elif element.tag == "gazebo" and "reference" not in element.attributes:
             for child in element.children:
                 if child.tag == "link" or child.tag.startswith("joint:"):
-                    unread.setdefault(f"<{child.tag}> of Gazebo", []).append(child.place)
+                    unread[f"<{child.tag}> of Gazebo"].append(child.place)
     warn_of_parts_not_read(unread)
     joints = tuple(replace(edge, spring=springs.get(edge.name, 0.0)) for edge in tree.joints)
     return replace(tree, joints=joints, loops=tuple(loops))
 
 
-def _name_parts_not_read(root: XmlElement, unread: dict[str, list[tuple[str, Location]]]) -> None:
-    """Add what stands in joints and inertials under other names, or a second time."""
+def _name_parts_not_read(root: XmlElement, unread: _Unread) -> None:
+    """Add what stands in joints, links and inertials under other names, or a second time."""
     inertials = (own for link in root.all("link") for own in link.all("inertial"))
+    for link in root.all("link"):
+        for part in link.children:
+            again = part.tag == "inertial"
+            if part is not link.one("inertial") and (part.tag == "mass" or part.all("mass")):
+                unread[f"{'a second ' * again}<{part.tag}> of"].append(link.place)
     for element in (*root.all("joint"), *inertials):
         passed: set[str] = set()
         for part in element.children:
@@ -295,36 +303,35 @@ def _name_parts_not_read(root: XmlElement, unread: dict[str, list[tuple[str, Loc
                 kinds = [f"{'a second ' * again}<{part.tag}>"]
             passed.add(part.tag)
             for kind in kinds:
-                unread.setdefault(f"{kind} of", []).append(element.place)
+                unread[f"{kind} of"].append(element.place)
 
 
 def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: float) -> float:
     """A number of a drive, as the value of an element or as its text."""
     for part in parts:
-        texts = [child.attributes.get("value") for child in part.all(of_drake)]
-        texts += [child.text for child in part.all(tag)]
-        for text in texts:
+        for child in (*part.all(of_drake), *part.all(tag)):
+            text = child.attributes.get("value") if child.tag == of_drake else child.text
             return float(part.numbers(f"{tag} of <{part.tag}>", text, (otherwise,))[0])
     return otherwise
 
 
-def _springs(root: XmlElement, unread: dict[str, list[tuple[str, Location]]]) -> dict[str, float]:
+def _springs(root: XmlElement, unread: _Unread) -> dict[str, float]:
     """Stiffness of the spring of each joint that has one [N m/rad or N/m]."""
     springs: dict[str, float] = {}
     kinds = {joint.attributes["name"]: joint.attributes["type"] for joint in root.all("joint")}
     for element in (*root.all("joint"), *root.all("gazebo")):
         name = element.attributes.get("name" if element.tag == "joint" else "reference", "")
         k = _spring(element)
-        if not k or name not in kinds:
+        if not k:
             continue
-        if _TYPES[kinds[name]] not in (JointType.REVOLUTE, JointType.PRISMATIC):
-            unread.setdefault(f"springs of {kinds[name]} joints", []).append(element.place)
+        if name not in kinds:
+            unread["springs of no joint,"].append(element.place)
+        elif _TYPES[kinds[name]] not in (JointType.REVOLUTE, JointType.PRISMATIC):
+            unread[f"springs of {kinds[name]} joints"].append(element.place)
         elif springs.setdefault(name, k) != k:
-            unread.setdefault("a second spring of", []).append(element.place)
+            unread["a second spring of"].append(element.place)
         elif _attribute_or_text(element, "spring_reference", "springReference"):
-            unread.setdefault("the load at home of springs with a reference,", []).append(
-                element.place
-            )
+            unread["the load at home of springs with a reference,"].append(element.place)
     return springs
 
 
@@ -394,11 +401,10 @@ def _ends_of_gazebo(
     in_model = axis is not None and _text(axis, "use_parent_model_frame") in ("true", "1")
     if not set(links) <= set(drawn) or any(attributes) or in_model:
         return None
-    text = None if pose is None else pose.text
-    numbers = element.numbers("pose of <joint>", text, (0.0,) * 6)
+    numbers = element.numbers("pose of <joint>", pose and pose.text, (0.0,) * 6)
     in_child = frame_of(numbers[:3], numbers[3:])
     in_parent = drawn[links[0]].inverse @ drawn[links[1]] @ in_child
-    text = None if direction is None else direction.text
+    text = direction and direction.text
     return links, (in_parent, in_child), element.numbers("axis of <joint>", text, (0.0, 0.0, 1.0))
 
 

@@ -1,3 +1,4 @@
+from robostiff.network.assembly import network_of_snapshot
 from robostiff.network.elements import (
     BeamElement,
     DistributedForce,
@@ -12,7 +13,7 @@ from robostiff.network.elements import (
 from robostiff.network.energy import energy_stiffness
 from robostiff.network.equations import Equations, Motion, equations_of
 from robostiff.network.mobility import held_coordinates
-from robostiff.network.network import Network, network_of_snapshot
+from robostiff.network.network import Network
 from robostiff.network.response import NetworkResponse, SectionForces, network_response
 from robostiff.network.saddle_point import redundancy
 from robostiff.network.solution import (

@@ -50,6 +50,12 @@ class Node:
     point: np.ndarray
     masses: tuple[PlacedMass, ...] = ()
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.point, np.ndarray):
+            subject, expected = f"point of node {self.name!r}", "three finite numbers [x, y, z]"
+            at = as_floats(subject, self.point, expected, "m", (3,))
+            object.__setattr__(self, "point", at)
+
 
 @frozen
 class NodeForce:

@@ -446,7 +446,8 @@ def network_under_loads(
     for mechanism in system.mobility.mechanisms:
         if platform in mechanism.nodes:
             own = mechanism.motions[mechanism.nodes.index(platform)]
-            free = np.linalg.pinv(own, rcond=_STILL) @ x[rows_of[platform]]
+            part = _STILL / max(np.linalg.norm(own, 2), _STILL)  # motions of bodies are unit ones
+            free = np.linalg.pinv(own, rcond=float(part)) @ x[rows_of[platform]]
             for name, motions in zip(mechanism.nodes, mechanism.motions, strict=True):
                 x[rows_of[name]] -= motions @ free
     return replace(found, x=x)

@@ -127,7 +127,7 @@ def compensation_page(result: Compensation) -> Page:
         most = (Number(round(1e6 * float(x.max()), 6)) if x.size else "none" for x in sizes)
         rows.append((words, *most))
     statuses = [(str(Status(int(k))), f"{n} points") for k, n in zip(kinds, counts, strict=True)]
-    advice = list(result.status.advice)
+    advice, count = list(result.status.advice), len(result.target)
     if result.jumps:
         points = ", ".join(str(k + 1) for k in result.jumps[:5])
         more = ", ..." if len(result.jumps) > 5 else ""
@@ -137,7 +137,7 @@ def compensation_page(result: Compensation) -> Page:
         )
     return Page(
         result.robot.name,
-        f", {len(result.target)} points of a path",
+        f", {count} point{'s' if count > 1 else ''} of a path",
         result.status,
         [
             Table(("largest", "shift [um]", "rotation [urad]"), rows),

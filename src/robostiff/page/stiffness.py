@@ -87,10 +87,10 @@ def deflection_page(result: Deflection) -> Page:
     answer = result.stiffness
     reached = Status.UNREACHABLE not in answer.status
     load = named(answer.space.wrench_order, result.wrench, "N", "N m")
-    if result.work_of_loads is not None:
+    if result.work_of_loads:  # none of springs between bodies
         load = f"{'' if load == 'none' else f'{load}; '}forces or weights at bodies"
     blocks: list[Block | None] = []
-    if result.work_of_loads is not None or not result.has_answer:
+    if result.work_of_loads or not result.has_answer:
         blocks.append(Facts((("load", load),)))
     if result.has_answer:
         blocks += [displacement_table(result), free_motion_table(answer)]

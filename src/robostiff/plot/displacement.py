@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,8 @@ from robostiff.analysis import Deflection
 from robostiff.frozen import frozen
 from robostiff.model import PlacedLeg, Snapshot
 from robostiff.model.snapshot import PlacedBlock
-from robostiff.network import Network, network_of_snapshot, network_under_loads
-from robostiff.network.network import platform_node
+from robostiff.network import Network, network_under_loads
+from robostiff.network.assembly import network_of_legs
 from robostiff.spatial import move_wrench, skew
 from robostiff.statics import BodyPlaces
 
@@ -54,7 +54,8 @@ def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
     NoAnswerError when there is no deflection.
     """
     answer = bent.stiffness
-    network = network_of_snapshot(posed) if isinstance(posed, Snapshot) else posed
+    legs = network_of_legs(posed) if isinstance(posed, Snapshot) else None
+    network: Any = posed if legs is None else legs.network
     v = (network.reference_point - answer.reference_point)[: network.space.translations]
     F, tolerance = move_wrench(bent.wrench, v), answer.details().tolerance
     nodes = {}
@@ -62,26 +63,12 @@ def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
     for name, (twist, point) in response.motions.items():
         D = skew(twist[3:])
         nodes[name] = BodyMotion(D, twist[:3] - D @ point)
-    if not isinstance(posed, Snapshot):
+    if not isinstance(posed, Snapshot) or legs is None:
         return nodes
-    behind = {spring.name: spring.b for spring in network.springs}
-    behind |= {f"{j.name}/{f.name}": j.b for j in network.joints for f in j.freedoms}
-    parts = (pair for leg in posed.legs for pair in _parts(leg, leg.name, leg.name))
-    known = {key: nodes[behind[path]] for key, path in parts if path in behind}
-    moved, flexible = {PLATFORM: nodes[network.platform]}, posed.platform
-    if flexible is not None:
-        for node in flexible.platform.nodes:
-            moved[node_key(node.name)] = nodes[platform_node(flexible, node.name)]
+    known = {name: nodes[legs.node(place)] for name, (place, _) in legs.assembly.names.items()}
+    moved = {PLATFORM: nodes[network.platform]}
+    moved |= {node_key(name): nodes[body] for name, body in legs.assembly.nodes.items()}
     return _of_legs(posed, known, moved)
-
-
-def _parts(leg: PlacedLeg, owner: str, path: str) -> Iterator[tuple[str, str]]:
-    """Elements of a leg, or of a branch of it: as parts of the leg, and as those of a network."""
-    for element in leg.elements:
-        element_path = f"{path}/{element.name}"
-        yield f"{owner}/{element.name}", element_path
-        for branch in element.branches if isinstance(element, PlacedBlock) else ():
-            yield from _parts(branch, owner, f"{element_path}/{branch.name}")
 
 
 def finite_motions(posed: Any, places: BodyPlaces) -> Motions:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import dataclass
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from robostiff.analysis.posed_stiffness import KeptRecord
 from robostiff.analysis.questions import PosesOfRobot
-from robostiff.errors import InputError, NoAnswerError, Words
+from robostiff.errors import InputError, Words
 from robostiff.kept import kept, kept_for_last
 from robostiff.kinematics import JointCoordinates, Near
 from robostiff.linkage import Linkage
@@ -144,40 +143,23 @@ def equilibrium(
     return Equilibrium.of(postures.robot.name, space, answers if each.ndim > 1 else answers[0])
 
 
-@dataclass
-class _KeptKernel:
-    """The kernel of a robot under a wrench: read from disk, or made once it pays."""
+def _record(robot: Robot, standing: StandingLoads) -> KeptRecord:
+    """The record of a robot under a wrench."""
 
-    robot: Robot
-    standing: StandingLoads
-    calls: int = 0
-    equilibria: int = 0  # computed without it
-    compiled: CompiledLoading | None = None
-    is_tried: bool = False
-    is_machine_code: bool = False
-
-    def for_equilibria(self, count: int) -> CompiledLoading | None:
-        """What computes that many; None where it does not pay yet, or there is no kernel."""
-        is_many = count >= WORTH_MACHINE_CODE
-        if self.is_tried and (self.compiled is None or self.is_machine_code or not is_many):
-            return self.compiled
+    def made(pays: bool) -> CompiledLoading | None:
         from robostiff.compiled import Backend
         from robostiff.statics.kernels.compile import is_on_disk, kept_loading
 
-        self.calls, self.equilibria = self.calls + 1, self.equilibria + count
-        is_worth_looking = count >= WORTH_READING or self.calls == _CALLS
-        pays = self.equilibria >= WORTH_COMPILING
-        if pays or (is_worth_looking and is_on_disk(self.robot, self.standing)):
-            self.is_tried, self.is_machine_code = True, is_many
-            backend = Backend.BEST if is_many else Backend.ARRAYS
-            with suppress(InputError, NoAnswerError):
-                self.compiled = kept_loading(self.robot, **self.standing.given, backend=backend)
-        return self.compiled
+        if not (pays or is_on_disk(robot, standing)):
+            return None
+        return kept_loading(robot, **standing.given, backend=Backend.ARRAYS)
+
+    return KeptRecord(made, lambda calls, count: count >= WORTH_READING or calls == _CALLS)
 
 
 @kept
-def _kernel(robot: Robot, gravity: Gravity, beams: Beams) -> _KeptKernel:
-    return _KeptKernel(robot, StandingLoads(None, gravity, None, beams))
+def _record_without_loads(robot: Robot, gravity: Gravity, beams: Beams) -> KeptRecord:
+    return _record(robot, StandingLoads(None, gravity, None, beams))
 
 
 def _by_record(
@@ -189,10 +171,12 @@ def _by_record(
         return None
     F, batch = wrenches_of("wrench", wrench, robot.space), poses.shape[:-1]
     if acting.loads or acting.preload:
-        kernel = _KeptKernel(robot, StandingLoads(**acting.given))
+        record = _record(robot, StandingLoads(**acting.given))
     else:
-        kernel = _kernel(robot, comparable_gravity(robot, acting.gravity), acting.beams)
-    compiled = kernel.for_equilibria(len(np.atleast_2d(beside(batch, F))))
+        gravity = comparable_gravity(robot, acting.gravity)
+        record = _record_without_loads(robot, gravity, acting.beams)
+    count, pays = len(np.atleast_2d(beside(batch, F))), (0, WORTH_COMPILING, WORTH_MACHINE_CODE)
+    compiled = record.for_poses(count, pays)
     if compiled is None:
         return None
     return compiled.evaluate(JointCoordinates(poses) if robot.is_posed_by_joints else poses, F)

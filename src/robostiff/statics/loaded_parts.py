@@ -283,9 +283,12 @@ class CarriedLoads:
         return tuple(found)
 
 
-def shares_of(parts: Sequence[LoadedPart]) -> tuple[PartShare, ...]:
-    """Energy of every elastic part, largest first."""
-    return shares((p.leg, p.part, p.energy) for p in parts if p.load is None or p.energy > 0)
+def shares_of(
+    parts: Sequence[LoadedPart], others: Iterable[tuple[str, str, float]] = ()
+) -> tuple[PartShare, ...]:
+    """Energy of every elastic part, and of others by two names each, largest first."""
+    elastic = ((p.leg, p.part, p.energy) for p in parts if p.load is None or p.energy > 0)
+    return shares((*elastic, *others))
 
 
 def shares(each: Iterable[tuple[str, str, float]]) -> tuple[PartShare, ...]:

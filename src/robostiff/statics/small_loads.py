@@ -181,10 +181,14 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     status = stiffness.status if is_free else stiffness.status & ~Status.FREE_MOTIONS
     step = known.factor_steps + known.by_twist @ t
     state = problem.moved(at_rest, nothing, step)
-    legs, forces = problem.legs, None
-    if problem.legs.springs:  # tension among them, as the bodies move
+    legs, forces, stored = problem.legs, None, ()
+    if legs.springs:  # tension among them, as the bodies move
         pulls = legs.pulls(at_rest.legs, 0.0)
-        forces = (pulls.D @ (pulls.J @ step[: legs.numbers.total])[..., None])[..., 0] + pulls.rate
+        moved = pulls.J @ step[: legs.numbers.total]
+        forces = np.einsum("sij,sj->si", pulls.D, moved)
+        each = zip(legs.springs, 0.5 * np.sum(moved * forces, axis=-1), strict=True)
+        stored = [("springs", spring.name, float(energy)) for spring, energy in each]
+        forces = forces + pulls.rate
     loaded = CarriedLoads(problem, state, small=True, forces=forces)
     if not loaded.are_balanced(F):
         return none(Status.ILL_CONDITIONED)
@@ -198,7 +202,7 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     return LoadedElements(
         status,
         t,
-        parts=shares_of(parts),
+        parts=shares_of(parts, stored),
         reactions=tuple(
             JointReaction(part.leg, part.part, part.wrench, part.point) for part, _ in joints
         ),
@@ -234,11 +238,16 @@ def _of_platform(
 
 def _drives_legs(problem: EquilibriumProblem, known: Linearised) -> bool:
     """Whether loads at bodies drive a motion in a leg that nothing resists, the platform held."""
-    for block, A in zip(problem.blocks, known.equations.A, strict=True):
+    for block, whole in zip(problem.blocks, known.equations.A, strict=True):
+        m, units = block.free, problem.units[block.at][:, None]
         step, driven = (v[block.at] for v in (known.factor_steps, known.equations.r_factor))
-        rest = np.abs(np.einsum("nij,nj->ni", A, step) + driven)
-        terms = np.einsum("nij,nj->ni", np.abs(A), np.abs(step)) + np.abs(driven)
-        largest = np.max(terms, axis=-1, initial=0.0)[:, None]
+        A, across = np.abs(whole[:, :m]), np.abs(whole[:, :m, m:] * units[..., m:])
+        rest = np.abs(np.einsum("nij,nj->ni", whole[:, :m], step) + driven[:, :m])
+        terms = np.einsum("nij,nj->ni", A, np.abs(step)) + np.abs(driven[:, :m])
+        # rigid parts may carry much where all terms are rounding
+        carried = np.abs(step[:, None] / units)[..., m:].max(axis=-1, initial=0.0)
+        carried = carried * across.max(axis=(1, 2), initial=0.0)[:, None]
+        largest = np.max(terms, axis=-1, initial=0.0)[:, None] + carried
         if np.any(rest > _DRIVEN * terms + LOST * largest):
             return True
     return False

@@ -1,11 +1,13 @@
 """Processes that are killed or stopped with Ctrl-C in the middle of a map, and workers that die."""
 
+import gc
 import logging
 import os
 import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -16,6 +18,7 @@ import robostiff as rs
 from robostiff import Quantity, RandomPoses
 from robostiff.io.map_files import read_map
 from tests.analysis.maps.robots import loaded
+from tests.analysis.maps.test_stores import Interruption, interrupted_after
 from tests.interrupts import interrupts_heard
 
 COUNT = 100_000
@@ -113,6 +116,25 @@ def test_a_killed_worker_is_survived(tmp_path, alone):
         )
     assert killed
     xarray.testing.assert_identical(found.load(), alone)
+
+
+def test_an_interrupted_map_leaves_nothing_to_be_done_by_a_closed_cluster(tmp_path, monkeypatch):
+    monkeypatch.setattr("robostiff.analysis.maps.job._BLOCK_BYTES", 2**17)
+    unraisable: list[Any] = []
+    monkeypatch.setattr(sys, "unraisablehook", unraisable.append)
+    with (
+        LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster,
+        suppress(Interruption),
+    ):
+        rs.stiffness_map(
+            loaded("3-rpr"),
+            POSES,
+            store=tmp_path / "map.zarr",
+            scheduler=cluster.scheduler_address,
+            progress=interrupted_after(1),
+        )
+    gc.collect()
+    assert unraisable == []
 
 
 def test_a_scheduler_that_is_not_there_leaves_nothing_behind(tmp_path, monkeypatch):

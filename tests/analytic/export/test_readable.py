@@ -16,10 +16,16 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
-from robostiff.analytic.export.entries import factored_matrix, readable
+from robostiff.analytic.export.blocks import EquationRows, Nomenclature
+from robostiff.analytic.export.entries import factored_matrix, in_decimals, readable
 from robostiff.analytic.export.language import broken_lines, wrapped_formula
+from robostiff.analytic.export.nomenclature import with_springs
+from robostiff.analytic.export.outline import outline_of
+from robostiff.analytic.vectors.vector_expressions import Equation, names_in
+from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL
 from tests.analytic.export.expressions import expressions
+from tests.analytic.formulas import derived
 
 R, r, h, phi, k = sp.symbols("R r h phi k", positive=True)
 
@@ -129,3 +135,52 @@ def test_all_decimals_have_as_many_digits():
         decimals = re.findall(r"\d+\.\d+", text)
         assert decimals
         assert max(len(x.replace(".", "").lstrip("0")) for x in decimals) <= 12
+
+
+@pytest.mark.parametrize("pose", ["AtHome", "AtJoints", "AtSymbols"])
+@pytest.mark.parametrize("name", ["3-rrr", "gantry-tau", "orthoglide", "turned-screws"])
+def test_what_cancels_in_K_and_is_printed_has_its_meaning(name, pose):
+    # The angle at which all legs begin stood in their wrenches, and nothing said what it is.
+    try:
+        derivation = derived(name, getattr(rs, pose)())
+    except InputError:
+        pytest.skip("no formula there")
+    *blocks, last = outline_of(derivation)
+    assert isinstance(last, Nomenclature)
+    listed = {str(x) for names, _ in last.rows for x in names}
+    assert names_in(blocks) & derivation.meanings.keys() <= listed
+
+
+def test_a_pose_without_coordinates_is_home():
+    where = derived("turned-screws", rs.AtSymbols()).where
+    assert where == "in the home configuration"
+
+
+def test_legs_that_begin_at_a_symbolic_angle_are_turns_of_one():
+    text = derivation_text(derived("turned-screws"))
+    assert "Turned about z by 120 degrees it is leg 2, leg2; about z by 240 degrees" in text
+
+
+def test_what_a_wrench_takes_from_another_is_turned_as_a_whole():
+    # It stood in products of the sines of both angles.
+    named = derived("tapered-arm").named
+    with_q1 = [d for d in named.definitions if d.expression.has(sp.Symbol("q1", real=True))]
+    assert len(with_q1) == 1
+    assert str(with_q1[0].expression) == "q1 + q2"
+
+
+def test_a_long_number_is_put_into_the_sum_that_it_multiplies():
+    # 1.81405895692e-43*b*(5.25e+31*b**2 + 4.01625e+31*t**2)
+    text = derivation_text(derived("tapered-arm"))
+    assert not re.search(r"e-[3-9]\d|e\+[2-9]\d", text)
+    b, t = sp.symbols("b t", positive=True)
+    small, large = sp.Rational(10**13 + 1, 3 * 10**25), sp.Integer(10) ** 20
+    shown = in_decimals(small * b * (large * b + 7 / t))
+    assert sp.sstr(shown, full_prec=False) == "b*(33333333.3333*b + 2.33333333333e-12/t)"
+
+
+def test_names_of_several_letters_are_not_abbreviated_as_one_row():
+    L, s = sp.symbols("L s", positive=True)
+    rows = tuple(Equation(name, L + s) for name in ("L_a", "d_a", "d_b", "L_b"))
+    last = with_springs([EquationRows(rows), Nomenclature(())])[-1]
+    assert last.rows == ((("L_a", "L_b", "d_a", "d_b"), "length, by its equation"),)

@@ -138,6 +138,20 @@ LEFT_OUT = [
     ),
     ({"drives": SERVOS + '<position site="tip" name="s" kp="3"/>'}, "drives of sites or bodies s"),
     (
+        {"drives": SERVOS + '<muscle joint="j1" name="m" lengthrange="0 1"/>'},
+        "forces that a drive has by its position m",
+    ),
+    (
+        {"drives": SERVOS + '<dcmotor joint="j1" name="m" motorconst="0.1" resistance="1" '
+         'cogging="1 3 0"/>'},
+        "forces that a drive has by its position m",
+    ),
+    (
+        {"drives": SERVOS + '<dcmotor joint="j1" name="m" motorconst="0.1" resistance="1" '
+         'controller="5 0 0" input="pos"/>'},
+        "forces that a drive has by its position m",
+    ),
+    (
         {"drives": SERVOS, "foot": '<worldbody><body name="c"><geom size="0.1"/>'
          '<flexcomp name="cloth" type="grid" dim="1" '
          'count="3 1 1" spacing=".1 .1 .1" radius="0.01" mass="1"/></body></worldbody>'},
@@ -177,6 +191,7 @@ def test_drives_and_springs_of_which_a_part_is_not_read(tmp_path):
         ('<general joint="j1" biastype="affine" biasprm="0 4 0"/>', "", "of negative stiffness j1"),
         ('<motor joint="j1"/>', SPRING + ' springref="20"', "springs with a springref, j1"),
         ('<plugin joint="j1" plugin="mujoco.pid"/>', "", "plugins mujoco.pid"),
+        ('<motor joint="j1"/>', ' stiffness="300 5"', "the powers of the deflection of springs j1"),
     ):
         side = "joints: {j1: {stiffness: 1000, spring: 0}, j2: {stiffness: 2000}}\n"
         found, said = _stiffnesses(tmp_path, _arm(drives, spring), side)
@@ -224,6 +239,37 @@ def test_a_follower_keeps_its_own_spring(tmp_path):
     robot = rs.load(tmp_path / "m.xml", side=tmp_path / "s.yaml")
     (joint,) = robot.legs[0].chain.moving
     assert joint[0].role == rs.Actuated(50 / 0.5**2 + 30)
+
+
+# One joint leads to the tip, the other one to nothing; q2 = r q1 or q1 = q2 / r, r = 2.
+BESIDE = """<mujoco><worldbody><body><joint name="j1" axis="0 1 0"{one}/><geom size="0.01"/>
+<site name="tip" pos="1 0 0"/></body><body><joint name="j2"{other}/><geom size="0.01"/></body>
+</worldbody><equality><joint {follows} 0 0 0"/></equality><actuator>{drives}</actuator></mujoco>"""
+FOLLOWS = 'joint1="j2" joint2="j1" polycoef="0 2'
+LEADS = 'joint1="j1" joint2="j2" polycoef="0 0.5'
+
+
+@pytest.mark.parametrize("follows", [FOLLOWS, LEADS])
+@pytest.mark.parametrize(
+    ("one", "other", "drives", "k"),
+    [
+        ("", ' stiffness="30"', "j1", 50 + 4 * 30),
+        (' stiffness="7"', ' stiffness="30"', "", 7 + 4 * 30),
+        (' stiffness="7"', "", "j1 j2", 7 + 50 + 4 * 50),
+        ("", ' stiffness="30"', "j2", 4 * (30 + 50)),
+        ("", ' stiffness="30"', "j1 j2", 50 + 4 * (30 + 50)),
+    ],
+)
+def test_what_holds_a_joint_beside_the_path_holds_those_coupled_to_it(
+    follows, one, other, drives, k, tmp_path
+):
+    servos = "".join(f'<position joint="{name}" kp="50"/>' for name in drives.split())
+    mjcf = BESIDE.format(follows=follows, one=one, other=other, drives=servos)
+    (stiffness,), _ = _stiffnesses(tmp_path, mjcf)
+    assert stiffness == pytest.approx(k, rel=1e-12)
+    if follows is FOLLOWS and not drives:  # in a linkage no joint follows another
+        linkage = rs.load_linkage(tmp_path / "m.xml", side=tmp_path / "s.yaml")
+        assert rs.compliance(linkage)[4, 4] == pytest.approx(1 / k, rel=1e-12)
 
 
 CANTILEVER = """<mujoco><worldbody><body name="arm"><joint name="h" axis="0 1 0"/>

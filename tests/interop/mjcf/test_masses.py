@@ -54,6 +54,31 @@ def test_mass_matrix_is_that_of_mujoco(tmp_path: Path, compiler: str):
         assert np.abs(M - exact).max() < 1e-12 * np.abs(exact).max()
 
 
+def test_rotors_of_drives_are_those_of_mujoco(tmp_path: Path):
+    """Of motors and a servo, by their gears, beside the armature of the joint."""
+    drives = (
+        '<actuator><motor joint="j1" class="geared"/><position joint="j2" kp="9" armature="0.3"/>'
+        '<motor joint="j2" armature="0.1" gear="3"/></actuator>'
+    )
+    text = (
+        ARM.replace("{compiler}", "")
+        .replace("</mujoco>", drives + "</mujoco>")
+        .replace(
+            "<worldbody>",
+            '<default><default class="geared"><motor gear="5" armature="0.2"/></default></default>'
+            "<worldbody>",
+            1,
+        )
+    )
+    path, q = tmp_path / "arm.xml", np.array([0.3, -0.5, 0.1, 0.4, -0.2])
+    path.write_text(text, encoding="utf-8")
+    model = mujoco.MjModel.from_xml_path(str(path))
+    exact, side = of_mujoco(model, q), with_side(tmp_path, SIDE)
+    for source in (path, model):
+        M = mass_matrix(robot_of(source, side), rs.JointCoordinates(q))
+        assert np.abs(M - exact).max() < 1e-12 * np.abs(exact).max()
+
+
 def test_masses_of_meshes_are_not_read_and_named(tmp_path: Path):
     """Only where they decide the mass: not beside an inertial, nor without density."""
     mesh = '<geom type="mesh" mesh="shell"/>'

@@ -234,6 +234,43 @@ def test_a_joint_equality_couples_joints(tmp_path):
     assert rs.compliance(robot) == pytest.approx(np.outer(t, t) / 20, abs=1e-12)
 
 
+# Two arms of three and five joints, whose ends a weld connects.
+WELDED = """<mujoco><compiler angle="radian"/><default><joint stiffness="70"/></default><worldbody>
+<body name="a"><joint axis="0 1 0"/><joint axis="1 0 0" pos="0 0 1"/><joint axis="1 1 0"/>
+ <site name="one" pos="0.5 0.1 0" euler="0.3 -0.4 0.2"/><geom size="0.1"/></body>
+<body name="b" pos="1 0 0" euler="0 0 1.5707963267948966"><joint axis="0 0 1"/>
+ <joint axis="1 0 0" pos="0 0 0.2" stiffness="300"/><joint axis="0 1 0" pos="0.3 0 0"/>
+ <joint type="slide" stiffness="900"/><joint axis="0 1 1"/>
+ <site name="other" pos="0.1 0.5 0"/><site name="tip" pos="0.2 0.1 0.3"/><geom size="0.1"/></body>
+</worldbody><equality><weld {}/></equality></mujoco>"""
+ANCHORED = "body1='a' body2='b' anchor='0.2 -0.1 0.3'"
+
+
+@pytest.mark.parametrize(
+    "weld",
+    [
+        pytest.param("body1='a' body2='b'", id="origins"),
+        pytest.param(ANCHORED, id="a point beside both"),
+        pytest.param(f"{ANCHORED} torquescale='0'", id="no torque"),
+        pytest.param("site1='one' site2='other' torquescale='0'", id="sites without torque"),
+    ],
+)
+def test_a_weld_connects_what_that_of_mujoco_connects(weld, tmp_path):
+    """Least energy of the springs over the motions that MuJoCo's own constraint leaves."""
+    mjcf = WELDED.format(weld)
+    model = mujoco.MjModel.from_xml_string(mjcf)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    _, sizes, rows = np.linalg.svd(data.efc_J.reshape(-1, model.nv)[: data.ne])
+    free = rows[np.sum(sizes > 1e-9) :].T
+    J = np.zeros((6, model.nv))
+    mujoco.mj_jacSite(model, data, J[:3], J[3:], model.site("tip").id)
+    k = np.diag([float(np.ravel(model.joint(i).stiffness)[0]) for i in range(model.njnt)])
+    C = J @ free @ np.linalg.inv(free.T @ k @ free) @ free.T @ J.T
+    robot = _loaded(tmp_path, mjcf, "robostiff: 1\nsource: chosen here\ntool: tip\n")
+    assert np.allclose(rs.compliance(robot), C, rtol=0, atol=1e-10 * np.abs(C).max())
+
+
 def test_names_that_are_missing_or_twice_are_made(tmp_path):
     mjcf = """<mujoco><worldbody><body><joint/><joint axis="1 0 0"/><site name="tool"/>
       <body name="tool" pos="0 0 1"><joint/><site pos="0 0 1"/></body></body></worldbody>

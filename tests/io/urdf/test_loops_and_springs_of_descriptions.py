@@ -180,6 +180,36 @@ def test_parts_of_a_joint_that_are_not_read_are_named(inside, words, tmp_path):
     assert [words in text for text in said] == [True]
 
 
+DRIVE = """<transmission name="t"><joint name="jj"/><actuator name="m">
+<rotorInertia>1</rotorInertia></actuator></transmission>"""
+BODY = '<mass value="2"/><inertia ixx="1" iyy="1" izz="1"/>'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (
+            "</robot>",
+            SPRING_OF_GAZEBO.replace('"j"', '"jj"') + "</robot>",
+            "springs of no joint, jj",
+        ),
+        ("</robot>", f"{DRIVE}</robot>", "rotors of no joint, jj"),
+        (
+            "</robot>",
+            DRIVE.replace(' name="jj"', "") + "</robot>",
+            "rotors of no joint, without a name",
+        ),
+        ('"a"/>', f'"a"><Inertial>{BODY}</Inertial></link>', "<Inertial> of a"),
+        ('"a"/>', f'"a"><intertial>{BODY}</intertial></link>', "<intertial> of a"),
+        ('"a"/>', f'"a">{BODY}</link>', "<mass> of a"),
+        ('"a"/>', f'"a">{2 * f"<inertial>{BODY}</inertial>"}</link>', "a second <inertial> of a"),
+    ],
+)
+def test_springs_rotors_and_masses_out_of_place_are_named(old, new, words, tmp_path):
+    _, said = _loaded(tmp_path, ARM.format("", "").replace(old, new, 1), HELD)
+    assert [f"not read: {words};" in text for text in said][:1] == [True]
+
+
 def test_limits_of_which_one_is_left_out_or_that_are_reversed(tmp_path):
     urdf = ARM.format("", "").replace('lower="-1" upper="1"', "{}")
     robot, said = _loaded(tmp_path, urdf.format('lower="-1"'), HELD)

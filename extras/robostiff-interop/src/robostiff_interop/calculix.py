@@ -17,7 +17,7 @@ import numpy as np
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.errors import InputError, Words
 from robostiff.network import Equations, Motion, Network, equations_of, held_coordinates, redundancy
-from robostiff_interop.ascii_name import in_one_ascii_line
+from robostiff_interop.written_network import in_one_ascii_line, warn_of_free_motions
 
 # Equations of rigid parts that are solved at once; they are dense.
 _MOST_EQUATIONS = 3000
@@ -51,6 +51,7 @@ def calculix_input(network: Network) -> str:
     >>> calculix_input(network).splitlines()[3:6]
     ['*NODE, NSET=BODIES', '1, 1.000000000000e+00, 0.000000000000e+00, 0.000000000000e+00', ...]
     """
+    warn_of_free_motions(network, "CalculiX")
     equations = equations_of(network, DEFAULT_TOLERANCE)
     model = _CalculixModel(equations)
     model.add_rigid()

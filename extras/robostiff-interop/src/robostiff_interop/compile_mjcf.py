@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import mujoco as _mujoco
+import numpy as np
 
 mujoco: Any = _mujoco  # a module in C without annotations
 
@@ -12,7 +13,7 @@ _ARRAYS = (
     *("body_parentid", "body_jntadr", "body_jntnum", "body_pos", "body_quat"),
     *("jnt_type", "jnt_bodyid", "jnt_qposadr", "jnt_limited", "jnt_range", "jnt_pos", "jnt_axis"),
     *("qpos0", "qpos_spring", "site_bodyid", "site_pos", "site_quat"),
-    *("body_mass", "body_ipos", "body_iquat", "body_inertia", "jnt_dofadr", "dof_armature"),
+    *("body_mass", "body_ipos", "body_iquat", "body_inertia", "jnt_dofadr"),
     *("actuator_trntype", "actuator_trnid", "actuator_biastype", "actuator_gear"),
     *("eq_type", "eq_objtype", "eq_obj1id", "eq_obj2id", "eq_active0", "eq_data"),
 )
@@ -53,6 +54,11 @@ def _without_shapes_of_files(spec: Any) -> list[str]:
 
 def names_and_arrays(model: Any) -> dict[str, Any]:
     """What is read of a compiled model, as plain data."""
+    armature = model.dof_armature.copy()
+    for i, inertia in enumerate(getattr(model, "actuator_armature", ())):  # of newer versions
+        if model.actuator_trntype[i] in (0, 1):  # on joints
+            dof = model.jnt_dofadr[model.actuator_trnid[i][0]]
+            armature[dof] += inertia * model.actuator_gear[i][0] ** 2
     return {
         "name": bytes(model.names).split(b"\0", 1)[0].decode(),
         "bodies": [model.body(i).name for i in range(model.nbody)],
@@ -61,6 +67,10 @@ def names_and_arrays(model: Any) -> dict[str, Any]:
         "equalities": [model.equality(i).name for i in range(model.neq)],
         # Newer versions have coefficients of higher powers, here or in another array.
         "jnt_stiffness": [model.joint(i).stiffness.flat[0] for i in range(model.njnt)],
+        "jnt_stiffnesspoly": getattr(
+            model, "jnt_stiffnesspoly", np.zeros((model.njnt, 1))
+        ).tolist(),
         "actuator_biasprm": model.actuator_biasprm[:, :2].tolist(),
         **{key: getattr(model, key).tolist() for key in _ARRAYS},
+        "dof_armature": armature.tolist(),
     }

@@ -65,8 +65,10 @@ _SERVOS = {
     "general": frozenset(("biastype", "biasprm")),
     "cylinder": frozenset(("bias",)),
 }
-_MOTORS = ("motor", "damper", "muscle", "adhesion", "dcmotor", "pid", "orientation")
+# Without a stiffness that is read; they become motors.
+_MOTORS = ("motor", "damper", "muscle", "adhesion", "dcmotor", "pid", "orientation", "plugin")
 _WITHOUT_FORCE_OF_POSITION = frozenset(("motor", "velocity", "damper", "dcmotor"))
+_OF_POSITION = frozenset(("controller", "cogging"))  # of a dcmotor
 _AFFINE = frozenset(("none", "affine"))
 _FLEXIBLE = frozenset(("flexcomp", "flex"))
 _NO_LOOPS = ("tendon", "flex", "flexvert", "flexstrain")
@@ -170,21 +172,16 @@ def _keep_kinematics(root: XmlElement) -> None:
         if element.tag == "equality":
             _keep_loops(element)
         if element.tag == "actuator":
-            # One without a stiffness becomes a motor.
             element.children = [
                 _kept_servo(own)
-                if own.tag in _SERVOS
-                else XmlElement("motor", driven, own.location, [])
                 for own in element.children
-                if (
-                    driven := {key: own.attributes[key] for key in _DRIVEN if key in own.attributes}
-                )
+                if not set(_DRIVEN).isdisjoint(own.attributes)
             ]
         elif element.tag == "default":
             element.children = [
                 _kept_servo(own)
                 for own in element.children
-                if own.tag not in _MOTORS or "gear" in own.attributes
+                if own.tag not in _MOTORS or not {"gear", "armature"}.isdisjoint(own.attributes)
             ]
         for name in _ATTRIBUTES_LEFT_OUT.get(element.tag, ()):
             element.attributes.pop(name, None)
@@ -195,7 +192,7 @@ def _kept_servo(drive: XmlElement) -> XmlElement:
     if drive.tag not in {*_SERVOS, *_MOTORS, "velocity"}:
         return drive
     attributes = drive.attributes
-    read = {"class", "gear", *_DRIVEN, *_SERVOS.get(drive.tag, ())}
+    read = {"class", "gear", "armature", *_DRIVEN, *_SERVOS.get(drive.tag, ())}
     if attributes.get("biastype", "none") not in _AFFINE:
         read -= {"biastype"}
     kept = {key: text for key, text in attributes.items() if key in read}
@@ -232,6 +229,7 @@ def _parts_not_read(root: XmlElement) -> dict[str, list[tuple[str, Location]]]:
                 add("drives of sites or bodies", child)
             elif element.tag == "actuator" and (
                 child.tag not in {*_SERVOS, *_WITHOUT_FORCE_OF_POSITION}
+                or not _OF_POSITION.isdisjoint(child.attributes)
                 or child.attributes.get("biastype", "none") not in _AFFINE
             ):
                 add("forces that a drive has by its position", child)
@@ -313,7 +311,15 @@ _LINE = re.compile(r",? line (\d+)")
 _REAL = frozenset(
     (
         *("body_pos", "body_quat", "site_pos", "site_quat", "jnt_pos", "jnt_axis", "jnt_range"),
-        *("jnt_stiffness", "qpos0", "qpos_spring", "eq_data", "actuator_biasprm", "actuator_gear"),
+        *(
+            "jnt_stiffness",
+            "jnt_stiffnesspoly",
+            "qpos0",
+            "qpos_spring",
+            "eq_data",
+            "actuator_biasprm",
+            "actuator_gear",
+        ),
         *("body_mass", "body_ipos", "body_iquat", "body_inertia", "dof_armature"),
     )
 )
@@ -368,20 +374,21 @@ def read_model(model: Any) -> CompiledModel:
 
     data = names_and_arrays(model)
     place = Location(f"model of MuJoCo {data['name']!r}")
-    on_tendons = model.actuator_trntype == _ON_TENDONS
+    kinds = model.actuator_trntype
+    drives = np.array([model.actuator(i).name or str(i) for i in range(len(kinds))])
+    by_position = np.isin(kinds, ON_JOINTS) & (model.actuator_biastype > AFFINE)
+    amounts = model.actuator_gainprm[:, 4], model.actuator_biasprm[:, 0]  # controller and cogging
+    by_position &= (model.actuator_biastype != _OF_DCMOTOR) | np.any(amounts, axis=0)
     moving = {
         "tendons": [
             model.tendon(i).name or str(i)
             for i in range(model.ntendon)
             if np.any(model.tendon_stiffness[i])
             or model.tendon_limited[i]
-            or i in model.actuator_trnid[on_tendons, 0]
+            or i in model.actuator_trnid[kinds == _ON_TENDONS, 0]
         ],
-        "drives of sites or bodies": [
-            model.actuator(i).name or str(i)
-            for i in range(len(model.actuator_trntype))
-            if model.actuator_trntype[i] not in (*ON_JOINTS, _ON_TENDONS)
-        ],
+        "drives of sites or bodies": drives[~np.isin(kinds, (*ON_JOINTS, _ON_TENDONS))].tolist(),
+        "forces that a drive has by its position": drives[by_position].tolist(),
         "plugins": [str(i) for i in range(model.nplugin)],
         "flexible bodies": [str(i) for i in range(model.nflex)],
         "lifts of weights (gravcomp)": [
@@ -394,6 +401,8 @@ def read_model(model: Any) -> CompiledModel:
 
 ON_JOINTS, _ON_TENDONS = (0, 1), 3
 """Kinds of transmission, as of ``mujoco.mjtTrn``."""
+AFFINE, _OF_DCMOTOR = 1, 3
+"""Kinds of force, as of ``mujoco.mjtBias``."""
 
 
 def _from_data(data: dict[str, Any], place: Location) -> CompiledModel:

@@ -23,6 +23,7 @@ from robostiff.io.rigid_tree import (
 from robostiff.model import Actuated, Passive, Role, spherical
 from robostiff.spatial import Frame
 from robostiff_interop.compiled_model import (
+    AFFINE,
     NOTHING,
     ON_JOINTS,
     CompiledModel,
@@ -124,14 +125,15 @@ def _at(point: np.ndarray) -> Frame:
 
 
 def _loop(model: CompiledModel, names: ElementNames, i: int, name: str, kind: int) -> TreeLoop:
-    """What coincides: the origins (connect) or frames (weld) of two sites, or places of bodies."""
+    """What coincides: origins (connect) or frames (weld) of two sites, or frames on two bodies."""
     frames, data = (Frame.identity(), Frame.identity()), model.eq_data[i]
     of_bodies = int(model.eq_objtype[i]) != _SITE
     if of_bodies and kind == _CONNECT:  # a point of each body
         frames = (_at(data[0:3]), _at(data[3:6]))
-    elif of_bodies:  # the pose of the second body in the first
-        frames = (frame_of(data[3:6], data[6:10]), Frame.identity())
-    element = spherical(Passive(), name=name) if kind == _CONNECT else None
+    elif of_bodies:  # a point of the second body, and that with the second's axes in the first
+        frames = (frame_of(data[3:6], data[6:10]), _at(data[0:3]))
+    turns = kind == _CONNECT or data[10] == 0  # a weld whose torques are scaled to nothing
+    element = spherical(Passive(), name=name) if turns else None
     known = names.bodies if of_bodies else names.sites
     links = known[int(model.eq_obj1id[i])], known[int(model.eq_obj2id[i])]
     return TreeLoop(name, links, frames, element)
@@ -296,7 +298,7 @@ def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, f
         if kind not in ON_JOINTS:
             continue
         joint = int(model.actuator_trnid[i][0])
-        is_servo = model.actuator_biastype[i] == _AFFINE
+        is_servo = model.actuator_biastype[i] == AFFINE
         k = -float(model.actuator_biasprm[i][1] * model.actuator_gear[i][0] ** 2) * is_servo
         turns_once = _TYPES[int(model.jnt_type[joint])] in _ONE_AXIS
         if k < 0 or (k > 0 and not turns_once):
@@ -306,6 +308,8 @@ def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, f
         drives[joint] = drives.get(joint, 0.0) + k
     for i, name in enumerate(names.joints):
         start, kind = int(model.jnt_qposadr[i]), _TYPES[int(model.jnt_type[i])]
+        if np.any(model.jnt_stiffnesspoly[i]):
+            unread.setdefault("the powers of the deflection of springs", []).append(name)
         if not model.jnt_stiffness[i]:
             if model.dof_armature[model.jnt_dofadr[i]] and i not in drives:
                 unread.setdefault("the armature of joints without a drive,", []).append(name)
@@ -317,9 +321,6 @@ def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, f
     place = Location(file)
     warn_of_parts_not_read({kind: [(n, place) for n in found] for kind, found in unread.items()})
     return drives
-
-
-_AFFINE = 1  # mjBIAS_AFFINE
 
 
 def _role(model: CompiledModel, joint: int, drives: dict[int, float]) -> Role:

@@ -25,7 +25,7 @@ from robostiff.network import (
     equations_of,
     held_coordinates,
 )
-from robostiff_interop.ascii_name import in_one_ascii_line
+from robostiff_interop.written_network import in_one_ascii_line, warn_of_free_motions
 
 #: Stiffness of springs in place of rigid joints, in units of that of the stiffest part.
 STIFF = 1e5
@@ -108,6 +108,7 @@ def opensees_script(network: Network, *, in_python: bool = False, stiff: float =
     >>> print(opensees_script(network).splitlines()[4])
     wipe
     """
+    warn_of_free_motions(network, "OpenSees")
     commands = opensees_commands(network, stiff)
     # Python takes a coding from the first two lines, and would run what a name holds.
     lines = [

@@ -14,9 +14,9 @@ from robostiff.analysis import CableResponse, Deflection, stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, find_posture
-from robostiff.linkage import Linkage
+from robostiff.linkage import Linkage, close
 from robostiff.markup import blocks_html, page_html
-from robostiff.model import Robot, Snapshot
+from robostiff.model import Actuated, Robot, Snapshot
 from robostiff.network import Network
 from robostiff.page import cable_load_blocks, cable_stiffness_page
 from robostiff.plot import Layers, layers_of
@@ -48,7 +48,8 @@ class Machine:
     def __init__(self, robot: Any, pose: Any = None) -> None:
         self.robot, self.name, self.space = robot, robot.name, robot.space
         at_home = layers_of(self.loaded(None, np.zeros(self.space.size)), ())
-        self.size, self.box, self._scales = at_home.size, at_home.box, at_home.scales
+        # one of joints in one point is drawn as if it were a metre large
+        self.size, self.box, self._scales = at_home.size or 1.0, at_home.box, at_home.scales
         self.sliders = self.sliders_from(pose)
 
     def loaded(self, pose: Any, wrench: np.ndarray) -> Any:
@@ -140,14 +141,16 @@ class RobotMachine(Machine):
 
 
 class LinkageMachine(Machine):
-    """Bodies and joints in loops: the joints that keep their coordinates are moved."""
+    """Bodies and joints in loops: joints that keep their coordinates, or drives, are moved."""
 
     def sliders_from(self, pose: Any) -> tuple[Slider, ...]:
         """Of those joints."""
+        home, joints = close(self.robot).coordinates, self.robot.joints
+        drives = {joint.name for joint in joints if isinstance(joint.role, Actuated)}
         moved = [
-            (joint.name, bool(joint.freedoms[0].turns), float(np.asarray(joint.home)[0]))
-            for joint in self.robot.joints
-            if joint.size == 1 and joint.name in self.robot.held
+            (joint.name, bool(joint.freedoms[0].turns), float(home[joint.name][0]))
+            for joint in joints
+            if joint.size == 1 and joint.name in (self.robot.held or drives)
         ]
         return tuple(
             slider_around(name, turns, home, (pose or {}).get(name, home), self.size)
@@ -192,12 +195,11 @@ class CableMachine(Machine):
 def parameters_written(source: Any, side: str | Path | None) -> Mapping[str, Any]:
     """Parameters as they are written in the model file, or in the side file of a description."""
     from robostiff.io.document import read_document
-    from robostiff.robots import robot_file, shipped_names
+    from robostiff.io.rigid_tree import read_side
+    from robostiff.robots import descriptions, robot_file, shipped_names
 
-    is_shipped = source in shipped_names()
-    path = side if side is not None else robot_file(source) if is_shipped else source
-    if str(path) == "-" or Path(str(path)).suffix.lower() not in {".yaml", ".yml", ".json"}:
-        return {}
-    data = read_document(path).data
+    path = robot_file(source) if source in shipped_names() else source
+    beside = side is not None or descriptions.is_description(path)
+    data = (read_side(path, side) if beside else read_document(path)).data
     found = data.get("parameters") if isinstance(data, dict) else None
     return found if isinstance(found, dict) else {}

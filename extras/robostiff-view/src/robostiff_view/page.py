@@ -218,7 +218,7 @@ class LivePage:
     def _aim(self) -> None:
         """A grid below the robot, and a view of all of it."""
         low, high = self._machine.box
-        middle, size = 0.5 * (low + high), self._machine.size or 1.0
+        middle, size = 0.5 * (low + high), self._machine.size
         scene, camera = self._server.scene, self._server.initial_camera
         scene.configure_default_lights(cast_shadow=False)
         cell = 10.0 ** np.floor(np.log10(size / 2))

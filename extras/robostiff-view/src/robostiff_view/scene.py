@@ -79,7 +79,7 @@ class LayeredScene:
     """
 
     def __init__(self, scene: Any, size: float, *, is_flat: bool = False) -> None:
-        self._scene, self._size, self._is_flat = scene, size or 1.0, is_flat
+        self._scene, self._size, self._is_flat = scene, size, is_flat
         self._nodes: dict[str, tuple[str, Any, dict[str, Any]]] = {}
         self._faces = 0
 

@@ -77,17 +77,18 @@ def workforce(workers: int | None, scheduler: Any) -> Iterator[Run[Any]]:
             pool.shutdown(cancel_futures=True)
         return
     with _dask_client(workers, scheduler) as client:
+        pool = client.get_executor()
 
         def run(compute: Callable[[int], Found], todo: Iterable[int]) -> Any:
             threads: Any = client.nthreads()
             # A task like the others, which is done again where the worker that held it has died.
-            shared, pool = client.submit(_received, compute, pure=False), client.get_executor()
-            try:
-                yield from _blocks(pool, sum(threads.values()), shared, todo)
-            finally:
-                pool.shutdown(wait=False)
+            shared = client.submit(_received, compute, pure=False)
+            yield from _blocks(pool, sum(threads.values()), shared, todo)
 
-        yield run
+        try:
+            yield run
+        finally:
+            pool.shutdown(wait=False)
 
 
 def _blocks(

@@ -8,6 +8,7 @@ them to 40 digits are one.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from fractions import Fraction
 from functools import reduce
 from operator import add, mul
 from typing import Any, cast
@@ -27,6 +28,7 @@ _ACCURATE = 140  # bits of a ball that are compared
 _NOTHING = 1e-40  # size of a ball around zero that is zero, and relative difference of equal values
 _POINTS = 2
 _SHORT = 8  # characters of a number that was meant as it is written
+_LARGEST_PART, _ROUNDING = 1000, 4e-15  # of a fraction that a float is, but for its last digits
 _LARGEST = 4  # of the whole numbers and halves that stand for themselves
 
 _FUNCTIONS: dict[Operation, Any] = {
@@ -150,9 +152,15 @@ def chooses_greater(record: Record, step: int) -> bool:
 
 
 def exact(number: Any) -> sp.Expr:
-    """A number of SymPy; a float as the decimal that it prints as."""
-    if isinstance(number, float) and len(repr(number)) <= _SHORT:
-        return sp.Rational(repr(number))  # others may be near a short fraction
+    """A number of SymPy; a float as the decimal that it prints as, or the short fraction it is."""
+    if isinstance(number, float | sp.Float):
+        number = float(number)
+        if len(repr(number)) <= _SHORT:
+            return sp.Rational(repr(number))  # others may be near a short fraction
+        ratio = Fraction(number).limit_denominator(_LARGEST_PART)
+        if 0 < abs(ratio) < _LARGEST_PART and abs(number / ratio - 1) < _ROUNDING:
+            return sp.Rational(ratio.numerator, ratio.denominator)
+        return sp.Rational(f"{number:.15g}")
     written = sp.sympify(number)
     is_exact = written.is_Rational or not written.has(sp.Float)
     return written if is_exact else sp.nsimplify(written, rational=True)

@@ -77,6 +77,8 @@ def _walked(expression: Any) -> Any:
         return walked
     angles = {f.args[0] for f in expression.atoms(sp.sin, sp.cos)}
     forms = [walked]
+    if isinstance(expression, sp.Add) and len(angles) > 1:
+        forms.append(TR10i(sp.expand(expression)))
     for x in sorted((x for x in angles if isinstance(x, sp.Symbol)), key=str):
         shortest = _first_shortest(forms)
         for form in dict.fromkeys([expression, shortest]):

@@ -281,20 +281,24 @@ def in_decimals(expression: Any) -> Any:
     Such are products of a material and a section, or lengths between given points. The exact number
     stays in the formula, and in what is exported to be computed.
     """
-    if not any(_is_long(number) for number in expression.atoms(sp.Rational)):
+    if not _has_long(expression):
         return expression
     if expression.is_number:
         return sp.Float(expression.evalf(DIGITS + 3), DIGITS)
     if expression.is_Add or expression.is_Mul:
-        numbers = [part for part in expression.args if part.is_number]
-        others = [in_decimals(part) for part in expression.args if not part.is_number]
-        return expression.func(in_decimals(expression.func(*numbers)), *others)
+        numbers = expression.func(*(part for part in expression.args if part.is_number))
+        others = [part for part in expression.args if not part.is_number]
+        sums = [part for part in others if part.is_Add] if expression.is_Mul else []
+        if sums and _has_long(numbers):  # a number that its terms have in common tells nothing
+            others[others.index(sums[0])] = sp.Add(*(numbers * term for term in sums[0].args))
+            numbers = sp.Integer(1)
+        return expression.func(in_decimals(numbers), *map(in_decimals, others))
     return expression.func(*map(in_decimals, expression.args))
 
 
 def without_lost_digits(K: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
     """A stiffness matrix in decimals, 0 where its digits do not hold beside the diagonal."""
-    if not all(x.is_number for x in K.flat()) or not any(map(_is_long, K.atoms(sp.Rational))):
+    if not all(x.is_number for x in K.flat()) or not _has_long(K):
         return K
     values = np.array(K.evalf(DIGITS + 3), dtype=float)
     size = np.sqrt(np.abs(np.diagonal(values)))
@@ -302,8 +306,10 @@ def without_lost_digits(K: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
     return sp.ImmutableMatrix(K.rows, K.cols, lambda i, j: 0 if lost[i, j] else K[i, j])
 
 
-def _is_long(number: Any) -> bool:
-    return any(len(str(abs(x))) > DIGITS for x in (number.p, number.q))
+def _has_long(expression: Any) -> bool:
+    """Whether numbers of many digits stand in it."""
+    numbers = expression.atoms(sp.Rational)
+    return any(len(str(abs(x))) > DIGITS for number in numbers for x in (number.p, number.q))
 
 
 def readable(expression: Any) -> Any:

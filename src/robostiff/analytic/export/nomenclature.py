@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Container, Sequence
+from itertools import chain
 from typing import Any
 
 import sympy as sp
@@ -30,6 +31,7 @@ from robostiff.analytic.vectors.vector_expressions import (
     Equation,
     Norm,
     Vector,
+    names_in,
 )
 from robostiff.spatial import Space
 
@@ -180,9 +182,16 @@ _OF_WALK = {
 
 
 def nomenclature_of(
-    formula: Formula, names: EntryNames, rows: Sequence[Meaning], first: Sequence[str] = ()
+    formula: Formula,
+    names: EntryNames,
+    rows: Sequence[Meaning],
+    first: Sequence[str] = (),
+    blocks: Sequence[Block] = (),
 ) -> Nomenclature:
-    """K, further names, and what is given, the `first` of these before the others."""
+    """K, further names, and what is given, the `first` of these before the others.
+
+    `blocks`: what is printed, with symbols of wrenches and points that cancel in K.
+    """
     space = Space.of_size(formula.matrices[0].rows)
     wrench, twist = ", ".join(space.wrench_order), ", ".join(space.twist_order)
     result: Meaning = (
@@ -190,7 +199,8 @@ def nomenclature_of(
         f"stiffness about the reference point: wrench ({wrench}) for twist ({twist}); "
         "force before moment, translation before rotation, SI units",
     )
-    given = dict.fromkeys((*(name for name in first if name in names.given), *names.given))
+    found = sorted({*names.given, *(names_in(list(blocks)) & formula.meanings.keys())})
+    given = dict.fromkeys((*(name for name in first if name in found), *found))
     return Nomenclature((result, *rows, *meanings_of_given(given, formula.meanings)))
 
 
@@ -282,16 +292,17 @@ def with_springs(blocks: Sequence[Block]) -> tuple[Block, ...]:
     named = {d.symbol.name: d for b in equations for d in b.springs}
     # Scalars that have an equation and that no row has.
     listed = {getattr(name, "name", name) for names, _ in last.rows for name in names}
-    recurring: dict[str, list[str]] = {}
+    recurring: dict[str, dict[str, list[str]]] = {}  # by meaning and letter
     for name in dict.fromkeys(e.name for b in equations for e in b.rows if not e.is_vector):
         letter = name.partition("_")[0].rstrip("'0123456789")
         rate = differential_parts(name)
         meaning = f"derivative of a name above by {rate[1]}" if rate else _OF_RECURRING.get(letter)
         if meaning and not {name, letter, f"{letter}_1"} & listed:
-            recurring.setdefault(meaning, []).append(name)
+            recurring.setdefault(meaning, {}).setdefault(letter, []).append(name)
     rows = list(last.rows)
-    for words, each in recurring.items():
-        rows.append((tuple(each if len(each) < 4 else [*each[:2], "...", each[-1]]), words))
+    for words, letters in recurring.items():
+        each = (x if len(x) < 4 else [*x[:2], "...", x[-1]] for x in letters.values())
+        rows.append((tuple(chain(*each)), words))
     parts: dict[str, tuple[str, int]] = {}
     for name in named:
         letter, _, number = name.rpartition("_")

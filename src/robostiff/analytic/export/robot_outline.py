@@ -82,7 +82,7 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
         blocks.append(stiffness_equation(names.result, named.K))
     level = None if in_names else derivation.at_vector_level
     rows = meanings_of_legs(derivation, level, names, () if alone else derivation.definitions)
-    return [*blocks, nomenclature_of(derivation, names, rows, derivation.coordinates)]
+    return [*blocks, nomenclature_of(derivation, names, rows, derivation.coordinates, blocks)]
 
 
 def outline_in_vectors(form: VectorForm) -> list[Block]:
@@ -93,7 +93,8 @@ def outline_in_vectors(form: VectorForm) -> list[Block]:
     else:
         blocks = _series(form, names.result, set(names.given))
     rows = meanings_of_legs(form, form, names)
-    return [Title(names.title, level=1), *blocks, nomenclature_of(form, names, rows)]
+    last = nomenclature_of(form, names, rows, blocks=blocks)
+    return [Title(names.title, level=1), *blocks, last]
 
 
 def is_vectors_alone(derivation: RobotDerivation) -> bool:

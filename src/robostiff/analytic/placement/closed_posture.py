@@ -194,9 +194,8 @@ class Following:
                 complaint = error
         raise InputError(
             f"formula of {self.robot.name!r}",
-            got="legs that close by iteration, and not at other values of the symbols"
-            + ("" if complaint is None else f": {complaint}"),
-            expected="a robot that closes at any values near those of the model",
+            got=Words(f"symbols at whose other values its legs do not close: {complaint}"),
+            expected="legs that close at any values near those of the model",
             hint="name fewer symbols, such as the stiffnesses alone",
         )
 

@@ -176,10 +176,9 @@ def _nearest_to_home(
 def _any_of(values: Iterable[Any]) -> Any:
     """What is positive where one of them is."""
     values = list(values)
-    positive = next((x for x in values if x.is_positive), None)
-    return (
-        reduce(lambda a, b: (a + b + sp.Abs(a - b)) / 2, values) if positive is None else positive
-    )
+    # A long difference stays as it is: SymPy would multiply it out to find its sign.
+    joined = reduce(lambda a, b: (a + b + sp.Abs(a - b, evaluate=False)) / 2, values)
+    return next((x for x in values if x.is_positive), joined)
 
 
 def _all_of(values: Iterable[Any]) -> Any:

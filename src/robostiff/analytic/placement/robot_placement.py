@@ -323,7 +323,7 @@ def _in_words(
 ) -> str:
     if at_joints:
         return f"at joint coordinates {', '.join(following)} at which the legs close"
-    if given is None:
+    if not given:
         where = "in the home configuration"
     else:
         where = "at " + ", ".join(

@@ -108,16 +108,18 @@ def _locus(derivation: RobotDerivation, longest: float, rank: int) -> Locus:
     W = [written(w) for leg in form.legs for w in leg.wrenches]
     c = [written(x) for leg in form.legs for x in leg.compliances]
     if rank_in_numbers(W) != rank:
-        return {}, "where it drops is hidden by the names of its steps"
+        return {}, _HIDDEN
     field = ExactField([x for w in W for x in w])
     each = [_without_denominator(field, w) for w in W]
-    rows, poles, no_zeros = [row for row, *_ in each], list[Counter[Any]](), set[Any]()
+    rows, poles = [row for row, *_ in each], list[Counter[Any]]()
+    no_zeros, below_compliances = set[Any](), set[Any]()
     for (_, above, below, square), x in zip(each, c, strict=True):
         order = Counter({zero: -2 * n for zero, n in _orders(field, below).items()})
         order.subtract(_irreducible(square))
         if form is derivation:  # of any length; wrenches made conjugate have denominators
             no_zeros |= order.keys()
-            order.update(_orders(f := ExactField([x]), f.element(x).den))
+            order.update(below_x := _orders(f := ExactField([x]), f.element(x).den))
+            below_compliances |= below_x.keys()
         else:
             order.update({zero: 2 * n for zero, n in _orders(field, above).items()})
             order.subtract(_irreducible(x))
@@ -132,8 +134,13 @@ def _locus(derivation: RobotDerivation, longest: float, rank: int) -> Locus:
     least = {x: 2 * min(order[x] for order in orders) for x in set().union(*orders)}
     factors = {zero: int(n) for zero, n in least.items() if n > 0 and zero not in no_zeros}
     names = {d.symbol for d in form.definitions}
-    in_names = any(factor.free_symbols & names for factor in factors)
-    return factors, "in names of its steps" * in_names
+    of_names = {factor for factor in factors if factor.free_symbols & names}
+    if of_names & below_compliances:  # what is above may vanish with it, within a name
+        return {}, _HIDDEN
+    return factors, "in names of its steps" * bool(of_names)
+
+
+_HIDDEN = "where it drops is hidden by the names of its steps"
 
 
 def rank_in_numbers(W: Sequence[Any]) -> int:

@@ -342,8 +342,10 @@ class _Search:
                 yield self.with_name(w, total, "theta" if total in angles else "p")
         for name, formula in w.names.items():
             expression = formula.expression
-            new, square = Definition(name, expression), sp.expand(expression**2)
-            for total, power in ((expression, name), (square, name**2)):
+            new, powers = Definition(name, expression), [(expression, name)]
+            if not name.name.startswith(_SPRINGS):
+                powers.append((sp.expand(expression**2), name**2))
+            for total, power in powers:
                 if total.is_Add and any(total != x and {*total.args} <= {*x.args} for x in sums):
                     terms = frozenset(total.args)
                     yield self.move(with_sum, terms, power, of=symbols_in(total), new=new)

@@ -38,7 +38,7 @@ from robostiff.linkage import (
     with_roles,
 )
 from robostiff.linkage.essential import network_of
-from robostiff.model import Chain, Joint, JointKind, Link, Passive, Robot, spherical
+from robostiff.model import Chain, Coupling, Joint, JointKind, Link, Passive, Robot, spherical
 from robostiff.model.chain import is_elastic
 from robostiff.model.entries import free_symbols
 from robostiff.network import Network
@@ -182,9 +182,7 @@ def drawn_links(tree: RigidTree, joints: Mapping[str, Joint | None]) -> dict[str
 def starting(loop: TreeLoop, frames: Mapping[str, Frame]) -> TreeLoop:
     """The loop with its joint as near as it comes to what is drawn, unless it says where it is."""
     joint = loop.element
-    if not isinstance(joint, Joint) or any(joint.home):
-        return loop
-    if joint.kind is JointKind.UNIVERSAL:
+    if not isinstance(joint, Joint) or any(joint.home) or joint.kind is JointKind.UNIVERSAL:
         return loop
     ends = [frames[link] @ frame for link, frame in zip(loop.links, loop.frames, strict=True)]
     motion = ends[0].inverse @ ends[1]
@@ -317,12 +315,8 @@ def robot_of_tree(
     """
     described = DescribedTree.of(tree, side, parameters)
     top, written = described.top, described.written
-    _, linkage = _linkages(described)
+    _, linkage, couplings = _linkages(described)
     joints = {joint.name for joint in linkage.joints}
-    described.warn_of_stiffnesses(joints)
-    couplings, roles = described.couplings(joints)
-    linkage = with_roles(linkage, roles)
-    _check_is_elastic(linkage, top)
     closure = close(linkage)
     if not closure.is_closed:
         raise (top / "home").error(
@@ -337,7 +331,6 @@ def robot_of_tree(
     if robot is None:
         _refuse_followers(described.undecided & joints, top)
         return network_of(linkage, closure)
-    chosen = written.coordinates is not None
     if written.coordinates is not None:
         coordinates = distinct_coordinates(top / "coordinates", written.coordinates)
         if robot.is_serial:
@@ -345,7 +338,7 @@ def robot_of_tree(
                 "coordinates of a serial arm", expected="none: its joints pose it", key=True
             )
         robot = replace(robot, coordinates=coordinates)
-    return verified(robot, top, [top] * len(robot.legs), chosen=chosen)
+    return verified(robot, top, [top] * len(robot.legs), chosen=written.coordinates is not None)
 
 
 def linkage_of_tree(
@@ -365,11 +358,8 @@ def linkage_of_tree(
     """
     described = DescribedTree.of(tree, side, parameters)
     top, written = described.top, described.written
-    linkage, part = _linkages(described)
-    _check_is_elastic(part, top)
-    joints = {joint.name for joint in part.joints}
-    described.warn_of_stiffnesses(joints)
-    _refuse_followers(described.undecided & joints, top)
+    linkage, part, _ = _linkages(described)
+    _refuse_followers(described.undecided & {joint.name for joint in part.joints}, top)
     names = chosen_parameters(symbols, written.parameters, parameters or {})
     if not names:
         return linkage
@@ -404,14 +394,15 @@ def linkage_of_tree(
     return replace(linkage, connections=tuple(connections), nominal=nominal)
 
 
-def _linkages(described: DescribedTree) -> tuple[Linkage, Linkage]:
-    """The whole linkage, and the part of it between base and platform."""
-    linkage = _linkage(described)
-    with (described.top / "tool").complaints():
-        return linkage, essential(linkage)
-
-
-def _check_is_elastic(part: Linkage, top: Place) -> None:
+def _linkages(described: DescribedTree) -> tuple[Linkage, Linkage, tuple[Coupling, ...]]:
+    """The linkage, its part between base and platform, and the couplings of joints there."""
+    linkage, top = _linkage(described), described.top
+    with (top / "tool").complaints():
+        part = essential(linkage)
+    joints = {joint.name for joint in part.joints}
+    described.warn_of_stiffnesses(joints)
+    couplings, roles = described.couplings(joints)
+    part = with_roles(part, roles)
     if not any(is_elastic(c.element) for c in part.connections):
         raise (top / "joints").error(
             f"robot {part.name!r}",
@@ -419,6 +410,7 @@ def _check_is_elastic(part: Linkage, top: Place) -> None:
             expected="the stiffness of at least one joint or link",
             hint=_hint(part),
         )
+    return with_roles(linkage, roles), part, couplings
 
 
 def _refuse_followers(following: frozenset[str], top: Place) -> None:

@@ -278,16 +278,13 @@ class DescribedTree:
                 try:
                     joints[joint.name] = make(*axis, role, home=home, name=joint.name)
                 except InputError as error:
-                    raise self.tree.error(
-                        f"joint {joint.name!r}: {error.subject}",
-                        got=error.got,
-                        expected=error.expected,
-                    ) from None
+                    subject, words = f"joint {joint.name!r}: {error.subject}", error.expected
+                    raise self.tree.error(subject, got=error.got, expected=words) from None
                 continue
             # Keys that a fixed or floating joint cannot have.
             fixed = joint.type is JointType.FIXED
             allowed = (None, "locked") if fixed else (None, "passive", "locked")
-            keys = ("stiffness", "spring", "limits")
+            keys = ("stiffness", "spring", "limits", "inertia")
             what = next((key for key in keys if getattr(entry, key) is not None), "role")
             if joint.name in self.written.joints and (what != "role" or entry.role not in allowed):
                 locked = "role: locked, to fix it; it connects nothing otherwise"
@@ -317,15 +314,12 @@ class DescribedTree:
                 if dimensions is None:
                     subject = f"coordinate of a {joint.type.value} joint"
                     raise place.error(subject, expected="none: it is not moved", key=True)
-                alone = not isinstance(value, list)
+                alone, one = not isinstance(value, list), len(dimensions) == 1
                 entries = [value] if alone else value
-                if len(entries) != len(dimensions) or alone != (len(dimensions) == 1):
-                    wanted = f"a list of {values(len(dimensions))}"
-                    raise place.error(
-                        f"coordinates of {joint.name!r}",
-                        got=shown(value),
-                        expected="a number or an expression" if len(dimensions) == 1 else wanted,
-                    )
+                if len(entries) != len(dimensions) or alone != one:
+                    some = f"a list of {values(len(dimensions))}"
+                    subject, wanted = f"coordinates of {name!r}", "a number or an expression"
+                    raise place.error(subject, got=shown(value), expected=wanted if one else some)
                 coordinates[name] = tuple(
                     (place if alone else place / i).any_number("coordinate", *pair)
                     for i, pair in enumerate(zip(entries, dimensions, strict=True))
@@ -359,32 +353,37 @@ class DescribedTree:
     @cached_property
     def undecided(self) -> frozenset[str]:
         """Joints that follow another one and have no role in the side file."""
-        decided = {
-            name
-            for name, (_, entry) in self._entries.items()
-            if entry.role is not None
-            or (name in self.written.joints and entry.stiffness is not None)
-        }
-        mimics = {joint.name for joint in self.tree.joints if joint.mimic is not None}
-        return frozenset(mimics - decided)
+        return frozenset(
+            joint.name
+            for joint in self.tree.joints
+            if joint.mimic is not None
+            and (entry := self._entry(joint)[1]).role is None
+            and (entry.stiffness is None or joint.name not in self.written.joints)
+        )
 
     def couplings(self, loaded: Collection[str]) -> tuple[tuple[Coupling, ...], dict[str, Role]]:
         """Couplings between the joints of a chain, which are `loaded`, and their roles.
 
         Joints that follow one outside of the chain, which carries no load, are held by its drive:
-        as stiff as that, referred to their own motion. A FileError where joints follow one another
-        in a circle, or what a joint follows is none.
+        as stiff as that, referred to their own motion. So do springs and servos of followers
+        outside of it hold what they follow. A FileError where joints follow one another in a
+        circle, or what a joint follows is none.
         """
         roles: dict[str, Role] = {}
         leaders: dict[str, tuple[str, float, float]] = {}
+        outside: dict[str, float] = {}  # stiffness of followers, referred to what they follow
         couplings, tree = [], self.tree
         by_name = {joint.name: joint for joint in tree.joints}
         decided = by_name.keys() - self.undecided
         for joint in tree.joints:
-            if joint.name not in self.undecided or joint.name not in loaded:
+            if joint.name not in self.undecided:
                 continue
-            name = joint.name
+            name, servo = joint.name, getattr(joint.role, "stiffness", None) or 0.0
             root, factor, offset = _followed(name, by_name, decided)
+            own = replace(joint, spring=joint.spring + servo)
+            if name not in loaded:
+                outside[root] = outside.get(root, 0.0) + factor**2 * own.spring
+                continue
             if factor == 0:
                 roles[name] = Locked()
                 continue
@@ -399,14 +398,18 @@ class DescribedTree:
             if root not in leaders and root not in loaded:
                 leaders[root] = (name, factor, offset)
                 role = _driven_from(self.joints.get(root), factor, offset, name, tree)
-                roles[name] = _beside(role, joint, tree)
+                roles[name] = _beside(role, own, tree)
                 continue
             leader, of_leader, start = leaders.setdefault(root, (root, 1.0, 0.0))
-            has_servo = isinstance(joint.role, Actuated) and joint.role.stiffness is not None
-            roles[name] = _beside(joint.role if has_servo else Passive(), joint, tree)
+            roles[name] = _beside(joint.role if servo else Passive(), joint, tree)
             ratio = factor / of_leader
             offset -= ratio * start
             couplings.append(coupling(name, follows=leader, ratio=ratio, offset=offset))
+        for root, k in outside.items():
+            name, factor, _ = leaders.get(root, (root, 1.0, 0.0))
+            if k and name in loaded and (held := self.joints.get(name)) is not None:
+                spring = replace(by_name[name], spring=k / factor**2)
+                roles[name] = _beside(roles.get(name, held.role), spring, tree)
         return tuple(couplings), roles
 
 
@@ -444,11 +447,10 @@ def _driven_from(
     k = None if k is None else k / factor**2
     if not isinstance(role, Actuated):
         return Locked(k)
-    limits = None
-    if role.limits is not None:
-        low, high = sorted(factor * x + offset for x in role.limits)
-        limits = low, high
-    return Actuated(k, limits)
+    if role.limits is None:
+        return Actuated(k)
+    low, high = sorted(factor * x + offset for x in role.limits)
+    return Actuated(k, (low, high))
 
 
 def _home(

@@ -13,7 +13,6 @@ from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
 from robostiff.frozen import field, frozen, replace
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
-from robostiff.model.snapshot import PlacedElement
 from robostiff.record import is_zero, square_root, usual_size
 from robostiff.spatial import Space, compliance_modes, cross
 from robostiff.statics.chains.elements import Bending, Element, FiniteJoint, FiniteSpring
@@ -180,18 +179,6 @@ def part_of_beam(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
         found[d, d] = bending * L * (1 / 3) + shear * (1 / parts)
         found[d, r] = found[r, d] = bending * (sign * 0.5)
     return found
-
-
-def moves(element: PlacedElement) -> bool:
-    """Whether it is no joint that is held rigidly."""
-    if isinstance(element, PlacedFreedom):
-        return element.is_passive or element.stiffness is not None
-    return True
-
-
-def is_rigid(element: PlacedElement) -> bool:
-    """Whether it is an elastic part without compliance."""
-    return isinstance(element, PlacedSpring) and element.elasticity.is_rigid
 
 
 @frozen

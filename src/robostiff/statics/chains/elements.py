@@ -6,8 +6,7 @@ in `moving_chain`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from difflib import get_close_matches
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -329,15 +328,6 @@ class Share:
 
     value: float
     rate: float
-
-
-def unknown_name(subject: str, name: object, known: Iterable[str], what: str) -> InputError:
-    """An error that names what is alike to a name, or the first that there are."""
-    known = list(known)
-    near = ", ".join(map(repr, get_close_matches(str(name), known, n=3) or known[:3]))
-    alone = what.removeprefix("a ").removeprefix("an ")
-    expected = f"{what}, such as {near}" if known else f"none: there is no {alone}"
-    return InputError(subject, got=name, expected=expected)
 
 
 def wrench_at(about: np.ndarray, point: np.ndarray, force: np.ndarray) -> np.ndarray:

@@ -180,8 +180,6 @@ class EquilibriumProblem:
     @cached_property
     def closures(self) -> tuple[Closure, ...] | None:
         """Those of the legs, where some directions of theirs are missing."""
-        if self._plain.regular:
-            return None
         found = tuple(
             Closure.of(A, self.units[block.at[0, block.free :]], self.units[block.coordinates])
             for block, A in zip(self.blocks, self._plain.equations.A, strict=True)

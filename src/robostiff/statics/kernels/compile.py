@@ -12,7 +12,7 @@ from robostiff.analysis.compiled_answer import AtGeneralPoses
 from robostiff.analysis.kernel_inputs import ParameterValues, with_parameters
 from robostiff.analysis.record_file import RecordFile
 from robostiff.analysis.recording import depends_on_what_is_held
-from robostiff.compiled import ArrayCode, Backend, Kernel, MachineCode, StiffnessMatrix
+from robostiff.compiled import ArrayCode, Backend, Kernel, StiffnessMatrix
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
@@ -43,8 +43,6 @@ from robostiff.statics.result import Equilibrium
 from robostiff.statics.solution import solved
 
 _BOWING = Bowing()
-# Operations of a step beyond which compiling takes longer than NumPy needs for many poses.
-_LONGEST = 30_000
 # Relative to the diagonals of K: more than rounding and the last Newton step make.
 _AGREES = 1e-8
 # Of the largest stiffness of the platform: none.
@@ -148,9 +146,6 @@ def compile_loaded(
             raise InputError(subject, got=got, expected=expected, hint=hint)
     code = code_of(backend)
 
-    def chosen(program: Program) -> MachineCode | ArrayCode:
-        return code(program) if program.operations <= _LONGEST else ArrayCode(program)
-
     taken = [*(c.value for c in ALL_COORDINATES), *robot.space.wrench_order]
     robot = with_parameters(robot, parameters, taken)
     points = ((b, as_floats(f"site on {b!r}", at, "three numbers", None, (3,))) for b, at in sites)
@@ -165,8 +160,7 @@ def compile_loaded(
         if file is not None:
             values = [getattr(found, field.name) for field in fields(found)]
             file.write(tuple(values[-_PARTS:]))
-    closure = found.closure and found.closure.by(code)
-    return replace(found, kernel=found.kernel.by(chosen), closure=closure)
+    return found.by(code)
 
 
 def is_on_disk(robot: Robot, standing: StandingLoads) -> bool:
@@ -312,7 +306,7 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
         scale = force * np.where(np.array(robot.space.rows) < 3, 1.0, finder.length)
         F = scale * random.uniform(-1, 1, (len(given), robot.space.size))
         F[0] = 0.0
-        answer = found.in_arrays.evaluate(pose, F, parameters=values)
+        answer = found.evaluate(pose, F, parameters=values)
         rows = np.reshape(list(values.values()), (len(values), len(given)))
         for other, group in ParameterValues(robot, rows).groups(~answer.guarded):
             part = given[group] if pose is given else JointCoordinates(given[group])

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_answer import AtGeneralPoses, InputRows, decided
 from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
-from robostiff.compiled import Kernel
-from robostiff.compiled.closed import ClosedCode
+from robostiff.compiled import ArrayCode, Kernel, MachineCode
 from robostiff.compiled.codes import chunks_of, in_shares
 from robostiff.compiled.kernel import whole_threads
 from robostiff.elastostatics.status import PoseBatch, Status
@@ -23,7 +22,7 @@ from robostiff.kinematics import JointCoordinates, Pose, Posture, posture_finder
 from robostiff.kinematics.turn import pose_after, turn_by_vector
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.cable import Weight
-from robostiff.record import CLOSED
+from robostiff.record import CLOSED, Program
 from robostiff.spatial import as_floats, skew
 from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.chains.moving_chain import sum_of_crossed
@@ -33,6 +32,8 @@ from robostiff.statics.loading.loaded_posture import beside, postures_of, wrench
 from robostiff.statics.result import Equilibrium, OnDemand
 from robostiff.statics.solution import Solution, solved
 
+# Operations of a step beyond which compiling takes longer than NumPy needs for many poses.
+_LONGEST = 30_000
 # Of a displacement: by how much a kernel may be off whose rates are used; and of the length.
 _SAME, _ROUNDING = 1e-5, 1e-12
 
@@ -194,16 +195,14 @@ class CompiledLoading:
         """Whether the record was confirmed at generic poses; otherwise none is left to it."""
         return self.general.verified
 
-    @property
-    def in_arrays(self) -> CompiledLoading:
-        """The same without machine code, for few poses."""
+    def by(self, code: type[MachineCode] | type[ArrayCode]) -> CompiledLoading:
+        """The same, run by another code; long steps by NumPy."""
 
-        def plain(kernel: Kernel) -> Kernel:
-            code = kernel.code
-            return replace(kernel, code=code.in_arrays) if isinstance(code, ClosedCode) else kernel
+        def chosen(program: Program) -> MachineCode | ArrayCode:
+            return code(program) if program.operations <= _LONGEST else ArrayCode(program)
 
-        closure = None if self.closure is None else plain(self.closure)
-        return replace(self, kernel=plain(self.kernel), closure=closure)
+        closure = self.closure and self.closure.by(code)
+        return replace(self, kernel=self.kernel.by(chosen), closure=closure)
 
     @property
     def parameters(self) -> tuple[str, ...]:

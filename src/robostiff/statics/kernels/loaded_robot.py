@@ -14,6 +14,7 @@ from robostiff.frozen import frozen, replace
 from robostiff.kinematics import PostureFinder
 from robostiff.model import PlacedMass, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
+from robostiff.network.assembly import of_legs
 from robostiff.record import Entry, Program, derivatives_along, is_zero, least
 from robostiff.recorded import Factors, RecordedClosure, RecordedRobot, factors_of, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
@@ -39,7 +40,6 @@ from robostiff.statics.kernels.strut import (
     buckling_of,
     recorded_struts,
 )
-from robostiff.statics.loading.assembly import of_legs
 from robostiff.statics.loading.given_loads import (
     DeadForce,
     StandingLoads,

@@ -13,9 +13,9 @@ from robostiff.frozen import frozen, replace
 from robostiff.model import ForceLaw, Mass, PlacedMass, Robot, Snapshot, gravity_vector
 from robostiff.model.cable import Weight
 from robostiff.network import Network
+from robostiff.network.assembly import unknown_name
 from robostiff.spatial import Space, as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.chains.elements import unknown_name
 from robostiff.statics.equations.problem import DeadForces
 
 Loads = Mapping[str, Any]

@@ -23,6 +23,7 @@ from robostiff.frozen import frozen
 from robostiff.kinematics.spanning_tree import branches, connected_parts
 from robostiff.model import PlacedBodySpring, PlacedFreedom, PlacedMass, PlacedSpring
 from robostiff.model.body_spring import BASE, PLATFORM
+from robostiff.network.assembly import Assembly, Body, Member, NamedBody, SumOfJoints, unknown_name
 from robostiff.record import is_zero
 from robostiff.statics.chains.beam_bowing import Elements
 from robostiff.statics.chains.elements import (
@@ -37,11 +38,9 @@ from robostiff.statics.chains.elements import (
     FiniteSpring,
     Owner,
     Spot,
-    unknown_name,
 )
 from robostiff.statics.chains.legs import Legs
 from robostiff.statics.equations.vibration import CarriedMass, CarriedMasses
-from robostiff.statics.loading.assembly import Assembly, Body, Member, NamedBody, SumOfJoints
 from robostiff.statics.loading.given_loads import DeadForce, Laws
 
 #: Members in series by their numbers, each with whether it is passed from its first body.
@@ -85,7 +84,7 @@ def loaded_legs(
     chains.follow(laws)
     on_platform: list[DeadForce] = []
     for name, forces in loads.items():
-        place, point = chains.named(name, "loads")
+        place, point = assembly.named(name, "loads")
         spot = chains.spot(place, "loads")
         for load in forces:
             at = point if load.point is None else load.point
@@ -105,7 +104,7 @@ def loaded_legs(
         on_platform += weight([(mass.value, mass.centre) for mass in masses], gravity)
         chains.weigh(carried, gravity)
     for name, several in given.items():
-        spot = chains.spot(chains.named(name, "masses")[0], "masses")
+        spot = chains.spot(assembly.named(name, "masses")[0], "masses")
         if spot is None:
             masses += several
         else:
@@ -250,15 +249,6 @@ class _Chains:
             elements[:] = [under(e, owner) if isinstance(e, FiniteJoint) else e for e in elements]
         for name in rest:
             raise unknown_name("laws", name, known, "leg/joint")
-
-    def named(self, name: str, subject: str) -> tuple[NamedBody, np.ndarray | None]:
-        """A body by its name, and its point; None of the platform, which has its own."""
-        if name == PLATFORM:
-            return NamedBody(self.assembly.platform), None
-        names = self.assembly.names
-        if name not in names:
-            raise unknown_name(subject, name, names, self.assembly.expected)
-        return names[name]
 
     def is_held(self, body: Body) -> bool:
         """Whether a body is the platform, or moves and chains hold it."""
