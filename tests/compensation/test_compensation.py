@@ -326,14 +326,6 @@ def test_a_path_without_any_load_has_a_warning(tmp_path, columns, more, is_warne
     assert ("no load, in columns Fx Fy Fz Mx My Mz or as --gravity" in outcome.stderr) is is_warned
 
 
-def test_a_path_in_another_encoding_is_told_what_to_do(tmp_path):
-    file = tmp_path / "path.csv"
-    file.write_bytes("x [µm], Fz [N]\n10, -100\n".encode("latin-1"))
-    outcome = CliRunner().invoke(app, ["compensate", "hexapod", str(file)])
-    assert outcome.exit_code == 2
-    assert "got other bytes, expected UTF-8; save the file as UTF-8" in outcome.stderr
-
-
 CASES = json.loads((Path(__file__).parent / "data" / "commands.json").read_text("utf-8"))
 
 

@@ -10,7 +10,6 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.maps.variables import status_words
-from tests.cli.running import Running
 from tests.statics.robots_under_load import same_as_each
 
 COUNT = 1000
@@ -195,16 +194,3 @@ def test_a_kernel_has_the_weights_and_the_preloads_of_a_map():
     q = rs.JointCoordinates((home + shifts)[1])
     one = equilibrium(arm, q, 0.5 * wrench, loads=loads, gravity="-z", preload=preload)
     assert np.allclose(slow.displacement[1], one.displacement[:3], rtol=1e-6)
-
-
-def test_the_command_takes_factors_and_gravity():
-    words = ["map", "gough-stewart-b", "--wrench", "0 0 -50 MN 0 0 0", "--quantity", "deflection"]
-    run = Running()
-    told = run(*words, "--under-load", "--factor", "0 2 3", "-o", "-", "--json")
-    facts = json.loads(told.stdout)
-    assert facts["dimensions"] == {"factor": 3}
-    assert facts["statuses"] == {"ok": 2, "unstable+beyond-critical-load": 1}
-    assert facts["extremes"]["displacement_magnitude"]["least"]["pose"]["factor"] == 0
-    refused = run(*words, "--factor", "0 2 3", "-o", "-")
-    assert refused.exit_code == 2
-    assert "--under-load beside it" in refused.stderr

@@ -1,5 +1,10 @@
 """Indices of stiffness: eigenscrews, centres, principal and collinear parts."""
 
+# What a regular robot has is optional for others: a None fails these tests by itself.
+# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
+# pyright: reportOptionalOperand=false, reportCallIssue=false, reportOptionalSubscript=false
+# pyright: reportOperatorIssue=false
+
 from typing import Any
 
 import numpy as np
@@ -37,12 +42,6 @@ from tests.analysis.indices.machines import (
 )
 from tests.cases.metric import distance
 from tests.paper.home_matrices import eq27, eq28
-
-# What a regular robot has is optional for others: a None fails these tests by itself.
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-# pyright: reportOptionalOperand=false, reportCallIssue=false, reportOptionalSubscript=false
-# pyright: reportOperatorIssue=false
-
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -240,12 +239,6 @@ def test_without_compliance_there_is_no_centre_of_it():
     centre = centre_of_compliance(rs.stiffness(rs.load("gough-stewart-a")))
     assert centre.point is None
     assert rs.Status.FREE_MOTIONS in centre.status
-
-
-# What a regular robot has is optional for others: a None fails these tests by itself.
-# pyright: reportOptionalMemberAccess=false, reportArgumentType=false
-# pyright: reportOptionalOperand=false, reportCallIssue=false, reportOptionalSubscript=false
-# pyright: reportOperatorIssue=false
 
 
 LENGTHS = st.floats(0.05, 5.0)
