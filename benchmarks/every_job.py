@@ -167,15 +167,17 @@ def loads() -> str:
     robot, poses = rs.load("hexapod"), near(8_192)
     fast = rs.compile_loaded(robot)
     many = 1e6 * seconds(lambda: fast.evaluate(poses, WRENCH), 2) / len(poses)
-    one = 1e3 * seconds(lambda: rs.equilibrium(robot, A_POSE, WRENCH))
-    modes = 1e3 * seconds(lambda: rs.modes(robot, A_POSE, {"platform": 10.0}))
+    new, masses = iter(near(100)), {"platform": 10.0}
+    one = 1e3 * seconds(lambda: rs.equilibrium(robot, next(new), WRENCH), 20)
+    modes = 1e3 * seconds(lambda: rs.modes(robot, next(new), masses), 20)
+    of_many = 1e3 / 64 * seconds(lambda: rs.modes(robot, near(64), masses), 2)
     without_masses = rs.load("gough-stewart-b")  # of its legs
     at = np.array([0, 0, 0.8, 0, 0, 0]) + poses - A_POSE
     rs.modes(without_masses, at, PLATFORM)
     each = 1e6 * seconds(lambda: rs.modes(without_masses, at, PLATFORM), 2) / len(at)
     return (
-        f"equilibrium {one:.1f} ms, {many:.1f} us compiled; modes {modes:.1f} ms, of a platform at "
-        f"many poses {each:.0f} us"
+        f"equilibrium at a new pose {one:.1f} ms, {many:.1f} us compiled; modes {modes:.1f} ms, "
+        f"{of_many:.1f} at each of many, {each:.0f} us of a platform"
     )
 
 

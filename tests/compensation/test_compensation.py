@@ -326,6 +326,20 @@ def test_a_path_without_any_load_has_a_warning(tmp_path, columns, more, is_warne
     assert ("no load, in columns Fx Fy Fz Mx My Mz or as --gravity" in outcome.stderr) is is_warned
 
 
+def test_a_point_is_corrected_whatever_becomes_of_the_others():
+    """One whose correction does not converge ended that of all points."""
+    robot, poses = rs.load("3-rpr"), rs.random_postures(rs.load("3-rpr"), 6, 1)
+    random = np.random.default_rng(3)
+    random.uniform(size=18)
+    F = random.uniform(-1, 1, (6, 3)) * [200.0, 200, 20]
+    several = rs.compensate(robot, poses, F)
+    for k, status in enumerate(several.status_codes):
+        alone = rs.compensate(robot, poses[k : k + 1], F[k : k + 1])
+        assert alone.status_codes[0] == status
+        np.testing.assert_allclose(several.coordinates[k], alone.coordinates[0], atol=1e-12)
+        np.testing.assert_allclose(several.residual[k], alone.residual[0], atol=1e-11)
+
+
 CASES = json.loads((Path(__file__).parent / "data" / "commands.json").read_text("utf-8"))
 
 

@@ -96,7 +96,18 @@ def test_a_zero_has_a_place_as_the_parameter_of_a_turn(tmp_path):
     for kind in ("values", "std"):
         assert found[kind]["z2"] == pytest.approx(joint[kind]["arm/joint2.zero"], rel=1e-6)
     (line,) = (line for line in written.read_text().splitlines() if "z2:" in line)
-    assert re.match(r"  z2: [-0-9.]+ deg  # \+-[-0-9.e]+ in SI units \(95 %\), from", line)
+    assert re.match(r"  z2: [-0-9.]+ deg  # \+-[-0-9.e]+ rad \(95 %\), from", line)
+
+
+def test_a_plan_has_the_units_of_parameters_and_says_how_far_markers_move():
+    marks = ("--marker", "m1=0.1 0 0", "--marker", "m2=0 0.1 0", "--marker", "m3=-0.1 -0.1 0.05")
+    given = ("--parameters", "k_joint", "--count", 3, "--candidates", 20, *marks)
+    load = ("--force", "0 0 -6 kN", "--force", "5 kN 0 0")
+    done = run("plan", "hexapod", *given, *load, "--sigma", "1 um")
+    assert re.search(r"\nk_joint +\S+ N/m\n", done.output), done.output
+    few = run("plan", "hexapod", *given, "--force", "0 0 -60 N", "--sigma", "20 um")
+    assert few.exit_code == 2
+    assert re.search(r"less than 5 sigma, at most by 0\.[0-9]+: hang on larger loads", few.output)
 
 
 def test_a_plan(tmp_path):

@@ -190,3 +190,15 @@ def test_a_factor_of_a_bearing_is_one_of_its_compliance():
             )
             np.testing.assert_allclose(after.elasticity.compliance, expected, rtol=1e-14)
     assert factor != 1.0
+
+
+def test_readings_that_no_robot_has_are_no_fault_of_the_postures(monkeypatch):
+    """Readings of 70 m end where rates are not known; only singular postures were blamed."""
+    lost = "robostiff.identification.readings.ReadingModel.predicted"
+
+    def nowhere(model, x):
+        return np.full(len(model.values), np.nan), np.zeros((len(model.values), len(x)))
+
+    monkeypatch.setattr(lost, nowhere)
+    with pytest.raises(rs.InputError, match="look at the units of readings and loads"):
+        rs.identify(machine("arm"), arm_campaign(), ["arm/joint*"], frames=arm_frames())

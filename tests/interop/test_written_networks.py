@@ -5,7 +5,7 @@ import warnings
 import pytest
 
 import robostiff as rs
-from robostiff.network.network import network_of_snapshot
+from robostiff.network import network_of_snapshot
 from robostiff_interop import calculix_input, opensees_script
 
 

@@ -192,6 +192,22 @@ def test_values_of_parameters_without_the_unit_of_the_file():
     rs.load("hexapod", {"k_joint": "250 N/m"})  # who writes the unit means it
 
 
+def test_degrees_in_functions_and_densities_of_a_cubic_centimetre():
+    for right, slip, warning in (
+        ("[L, 0, 0]", '["L*cos(phi)", 0, 0]', "cos(70): an angle of 70 rad; in degrees?"),
+        ("G: 81 GPa", "G: 81 GPa, density: 7.85", "7.85 kg/m^3; in g/cm^3? write 7.85 g/cm^3"),
+    ):
+        text = PLAUSIBLE.replace(right, slip).replace("L: 300 mm", "L: 300 mm, phi: 70")
+        with pytest.warns(rs.PlausibilityWarning, match=re.escape(warning)):
+            model_from_document(parse_document(text))
+    # Turns by multiples of pi, and degrees with their unit, are meant.
+    text = PLAUSIBLE.replace("[L, 0, 0]", '["L*cos(3*pi)", "L*sin(400 deg)", 0]')
+    text = text.replace("G: 81 GPa", "G: 81 GPa, density: 7.85 g/cm^3")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", rs.PlausibilityWarning)
+        model_from_document(parse_document(text))
+
+
 def test_angles_with_their_unit_and_soft_materials_do_not_warn():
     for right, other in (("20 deg", "700 deg"), ("210 GPa", "0.07 MPa"), ("300 mm", "99 m")):
         with warnings.catch_warnings():

@@ -9,7 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
-from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import (
+    Chain,
+    Leg,
+    PlacedBlock,
+    PlacedFreedom,
+    PlacedLeg,
+    PlacedSpring,
+    Snapshot,
+    parallelogram,
+)
 from robostiff.plot.displacement import BodyMotion, Motions, motion_under
 from robostiff.plot.picture import LineWeight, Path
 from robostiff.plot.posed_robot import picture_of_posed
@@ -168,3 +177,23 @@ def test_members_run_from_base_to_platform_without_gaps():
                 assert following.points[0] == pytest.approx(one.points[-1], abs=1e-12)
             ends = leg.end + scale * motions["platform"].displacement(leg.end)
             assert members[-1].points[-1] == pytest.approx(ends, abs=1e-9)
+
+
+def test_all_branches_of_a_block_are_joined_to_a_block_behind_it():
+    """The far pin of the second bar hung in the air."""
+    near, far = (rs.revolute([0, 1, 0], rs.Passive(), name=name) for name in ("near", "far"))
+    blocks = [
+        parallelogram(
+            Chain((near, rs.beam_link(bar, rs.material("steel"), rs.circle(0.02)), far)), across
+        )
+        for bar, across in (([0, 0, 0.3], [0.1, 0, 0]), ([0.4, 0, 0], [0, 0, 0.1]))
+    ]
+    chain = Chain((blocks[0], replace(blocks[1], name="second")))
+    still = rs.Frame.identity()
+    home = rs.Frame(np.eye(3), np.array([0.4, 0, 0.3]))
+    arm = rs.Robot("arm", (Leg("arm", still, chain, still),), home=home)
+    picture = picture_of_posed(rs.find_posture(arm).snapshot.one(0))
+    paths = [item.points for item in picture.items if isinstance(item, Path)]
+    ends = np.array([path[i] for path in paths for i in (0, -1)])
+    for pin in ([50.0, 0, 300], [-50.0, 0, 300]):  # mm
+        assert np.sum(np.linalg.norm(ends - pin, axis=1) < 1e-6) >= 2

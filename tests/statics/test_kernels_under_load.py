@@ -341,6 +341,34 @@ def test_rates_are_those_of_differences(fast: rs.CompiledLoading, name: str):
     np.testing.assert_allclose(here.drives[:, 0, 1], 2e-6 * here.drives[:, 1, 1], rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("machine", "names"),
+    [("3-rps", ("R", "r")), ("us-ups", ("r", "top")), ("examples/rocking-table.yaml", ("a", "b"))],
+)
+def test_joints_move_with_lengths_while_the_platform_is_at_its_pose(
+    machine: str, names: tuple[str, ...]
+):
+    """Legs that close by iteration: a pose is held, and not their joints."""
+    robot = rs.load(machine, symbols=names)
+    parts = {"platforms": True, "drives": True, "backend": rs.Backend.ARRAYS}
+    fast = rs.compile_loaded(robot, parameters=names, **parts)
+    pose, force = rs.random_postures(robot.numeric, 1, 3), np.array([100.0, -60, 200])
+    hook, F = np.outer([0.1, 0.05, 0.1], force), [*force, 6, 4, 8]
+    here = fast.evaluate(pose, F, hooks=hook).platforms
+    for k, name in enumerate(fast.parameters):
+        value = robot.nominal[name]
+        values = value + 1e-4 * value * np.array([1.0, -1.0])
+        given = {"hooks": hook, "parameters": {name: values}}
+        ends = fast.evaluate(np.repeat(pose, 2, axis=0), F, **given).platforms
+        moved = np.subtract(*ends.points) / np.subtract(*values)
+        turned = np.subtract(*ends.axes) @ here.axes[0].T / np.subtract(*values)
+        rate = np.concatenate([moved, [turned[2, 1], turned[0, 2], turned[1, 0]]])
+        np.testing.assert_allclose(here.rates[0, :, k], rate, atol=1e-6 * np.abs(rate).max())
+        for of_joints, drives in zip(here.drive_rates[0, :, :, k], range(2), strict=True):
+            rate = np.subtract(*ends.drives[:, drives]) / np.subtract(*values)
+            np.testing.assert_allclose(of_joints, rate, atol=1e-6 * np.abs(rate).max())
+
+
 @pytest.mark.parametrize("is_stretched", [False, True])
 def test_hooks_turn_with_the_platform(fast: rs.CompiledLoading, is_stretched: bool):
     """A force at a hook is a `Weight` of `equilibrium`; a stretched wrist is computed again."""

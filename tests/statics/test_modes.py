@@ -249,7 +249,10 @@ def test_modes_of_many_poses_are_those_of_each():
 @pytest.mark.parametrize(
     "name",
     # of the platform alone, by K; the rest have masses on their legs
-    ["gough-stewart-b", "us-ups", "gantry-tau", "3-rpr", "hexapod", "delta", "six-joint-arm"],
+    [
+        *("gough-stewart-b", "us-ups", "gantry-tau", "3-rpr"),
+        *("hexapod", "delta", "six-joint-arm", "3-rrr", "3-rpr-beams"),
+    ],
 )
 def test_without_load_modes_at_many_poses_are_those_at_each(name: str, inertia: list[int] | None):
     robot = rs.load(name)

@@ -295,14 +295,19 @@ class _Commands:
             command = self._mirrored(command, first)
             residual, codes = self._missing(command)
         else:
-            before = np.inf
+            # each point by itself, whatever becomes of the others
+            there, before = (
+                _THERE * posture_finder(self.robot).length,
+                np.full(len(command), np.inf),
+            )
             for _ in range(method.steps):
-                command = self._moved(command, residual)
+                moved = self._moved(command, residual)
+                command = np.where((before > there)[:, None], moved, command)
                 residual, codes = self._missing(command)
-                largest = float(np.nanmax(np.abs(residual[:, self.followed]), initial=0.0))
-                if largest <= _THERE * posture_finder(self.robot).length or not largest < before:
+                largest = np.abs(residual[:, self.followed]).max(axis=1, initial=0.0)
+                before = np.where(largest < before, largest, 0.0)
+                if np.all(before <= there):
                     break
-                before = largest
         finder = posture_finder(self.robot)
         request = finder.request(self._given(command))
         if request.is_whole:

@@ -94,7 +94,16 @@ class NumbersOfDesigns:
             values = np.array([known[part] for part in parts])
             slopes = np.array([known[Gradient(part, self.names)] for part in parts])
             if isinstance(output, WorstDeflection):
-                values, slopes = _largest_eigenvalue(values, slopes, d)
+                # from upper triangles (entries, N) and their rates: those of it are v^T dC v
+                i, j = np.triu_indices(d)
+                C = np.empty((values.shape[1], d, d))
+                C[:, i, j] = C[:, j, i] = values.T
+                known, v = np.isfinite(C).all(axis=(1, 2)), np.full((len(C), d), np.nan)
+                values = np.full(len(C), np.nan)
+                each, vectors = np.linalg.eigh(C[known])
+                values[known], v[known] = each[:, -1], vectors[:, :, -1]
+                weights = v[:, i] * v[:, j] * np.where(i == j, 1, 2)
+                slopes = np.einsum("pk,kpn->pn", weights, slopes)
             numbers.append(values.reshape(-1, values.shape[-1])[0])
             rates.append(slopes.reshape(-1, *slopes.shape[-2:])[0])
         codes = [answer.status_codes for answer in answers]
@@ -106,24 +115,6 @@ def _smooth(output: Output, d: int) -> list[Output]:
     if not isinstance(output, WorstDeflection):
         return [output]
     return [EntryOf(ComplianceMatrix(), (i, j)) for i in range(d) for j in range(i, d)]
-
-
-def _largest_eigenvalue(
-    upper: np.ndarray, slopes: np.ndarray, d: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Largest eigenvalue (N,) of symmetric matrices, and its rates (N, n): v^T dC v.
-
-    Of the upper triangles (entries, N) and their rates (entries, N, n), row by row.
-    """
-    i, j = np.triu_indices(d)
-    C = np.empty((upper.shape[1], d, d))
-    C[:, i, j] = C[:, j, i] = upper.T
-    known = np.isfinite(C).all(axis=(1, 2))
-    largest, v = np.full(len(C), np.nan), np.full((len(C), d), np.nan)
-    values, vectors = np.linalg.eigh(C[known])
-    largest[known], v[known] = values[:, -1], vectors[:, :, -1]
-    weights = v[:, i] * v[:, j] * np.where(i == j, 1, 2)
-    return largest, np.einsum("pk,kpn->pn", weights, slopes)
 
 
 def kernel_poses(robot: Robot, poses: Poses) -> Any:

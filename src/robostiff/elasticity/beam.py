@@ -169,19 +169,19 @@ def _assembled(entries: dict[tuple[int, int], Any]) -> np.ndarray:
 
 @frozen
 class UniformBeam:
-    """A uniform beam, known by its compliance: x along it, clamped at its start."""
+    """A uniform beam, known by its compliance (..., 6, 6): x along it, clamped at its start."""
 
-    length: float  #: [m]
-    EA: float  #: [N]
-    EIy: float  #: [N m^2]
-    EIz: float  #: [N m^2]
-    GJ: float  #: [N m^2]
-    shear_y: float  #: shear compliance of a length [1/N]; 0 without shear
-    shear_z: float  #: likewise
+    length: Any  #: [m]
+    EA: Any  #: [N]
+    EIy: Any  #: [N m^2]
+    EIz: Any  #: [N m^2]
+    GJ: Any  #: [N m^2]
+    shear_y: Any  #: shear compliance of a length [1/N]; 0 without shear
+    shear_z: Any  #: likewise
 
 
 def uniform_beam(C: np.ndarray, *, is_one: bool = False) -> UniformBeam | None:
-    """The uniform beam that has a compliance (6, 6) about its far end; None where none has.
+    """The uniform beam that has a compliance (..., 6, 6) about its far end; None where none has.
 
     Unless it is known that C `is_one` of a beam, shear must not deform it more than that of any
     material and shape: the compliance of a beam that is thinner at its end is that of a shorter
@@ -193,6 +193,11 @@ def uniform_beam(C: np.ndarray, *, is_one: bool = False) -> UniformBeam | None:
     >>> beam.length, uniform_beam(np.eye(6)) is None
     (0.5, True)
     """
+    if C.ndim > 2:
+        each = [uniform_beam(own, is_one=is_one) for own in C.reshape(-1, 6, 6)]
+        found = [[*vars(own).values()] for own in each if own]
+        values = np.array(found).T.reshape(-1, *C.shape[:-2]) if len(found) == len(each) else []
+        return UniformBeam(*values) if len(values) else None
     rows = C.tolist()
     stretch, dy, dz, twist, ry, rz = diagonal = [rows[i][i] for i in range(6)]
     if not all(c > 0 for c in diagonal) or not (L := 2.0 * rows[1][5] / rz) > 0:

@@ -237,14 +237,15 @@ def choose_poses(
     p, x = len(unknowns), np.array([*(u.nominal for u in unknowns), *frames[sought]])
     scale = np.array([abs(unknown.nominal) or 1e-3 for unknown in model.unknowns])
     J = (model.predicted(x)[1] * scale / sigma).reshape(len(rows), -1, len(x))
-    good = _serve(model, J, x[:p])
+    good, moved = _serve(model, J, x[:p])
     rows, J = rows[good], J[good]
     if len(rows) < least:
         raise InputError(
             "candidates",
             got=Words(f"{len(rows)} that serve"),
             expected=f"at least {least}",
-            hint="the others are near singular, or move by less than 5 sigma: hang loads on them",
+            hint="the others are near singular, or their markers move by less than 5 sigma, at "
+            f"most by {moved:.2g}: hang on larger loads, or state a smaller sigma",
         )
     M, before = np.swapaxes(J, 1, 2) @ J, np.zeros((len(x), len(x)))
     rates = [np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))]
@@ -283,16 +284,15 @@ def choose_poses(
     )
 
 
-def _serve(model: ReadingModel, J: np.ndarray, nominal: np.ndarray) -> np.ndarray:
-    """Candidates (N,) in equilibrium away from singular postures whose readings move."""
+def _serve(model: ReadingModel, J: np.ndarray, nominal: np.ndarray) -> tuple[np.ndarray, float]:
+    """Candidates (N,) in equilibrium away from singular postures whose readings move; how far."""
     codes = model.statics.at(nominal).status_codes
     lost = (codes & int(Status.UNREACHABLE | Status.NO_EQUILIBRIUM)) != 0
     lost = lost[model.statics.states.of_readings].reshape(len(J), -1).any(axis=1)
     good = np.isfinite(J).all(axis=(1, 2)) & ~lost
     elastic = [k for k, u in enumerate(model.parameters) if u.kind is not UnknownKind.GEOMETRY]
-    if elastic:
-        good &= np.nan_to_num(np.abs(J[:, :, elastic].sum(axis=2)).max(axis=1)) >= _SEEN
-    return good
+    moved = np.nan_to_num(np.abs(J[:, :, elastic].sum(axis=2)).max(axis=1))  # in sigma
+    return good & (moved >= _SEEN) if elastic else good, float(moved.max(initial=0.0))
 
 
 def _wanted(

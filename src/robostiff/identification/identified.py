@@ -402,7 +402,7 @@ class Identified(InNotebooks):
                 half, is_length = 0.5 * (high - low), unknown.kind is UnknownKind.GEOMETRY
                 size = f"{number(100 * half / abs(value), 2)} %"
                 if is_length:  # the value has the unit of the file
-                    size = f"{number(half, 2)} {unknown.unit or 'in SI units'}"
+                    size = f"{number(half, 2)} {unknown.unit}".rstrip()
                 comment = f"+-{size} {about}, {len(self.measured)} readings"
             values[unknown] = value, comment
         write_values(values, self.robot, path, source)

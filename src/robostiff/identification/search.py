@@ -110,8 +110,9 @@ def _known(model: ReadingModel, x: np.ndarray) -> np.ndarray:
     if np.count_nonzero(known) < J.shape[1]:
         raise InputError(
             "postures",
-            got=Words(f"{np.count_nonzero(~known)} numbers read near singular postures"),
-            expected="more at others, where rates are known",
+            got=Words(f"{np.count_nonzero(~known)} numbers read where rates are not known"),
+            expected="more at postures that are not singular, and readings that the robot can have",
+            hint="look at the units of readings and loads",
         )
     return known
 

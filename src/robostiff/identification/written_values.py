@@ -65,7 +65,7 @@ def write_values(
             text = f"{1 / value:.12g} {unknown.stiffness_unit}"  # where a stiffness is written
         place = _place(document.data, unknown)
         if place is not None and place not in changes:
-            if unknown.parameter and not unknown.unit:
+            if unknown.parameter and unknown.kind is not UnknownKind.COMPLIANCE:
                 text = parameter_text(document, unknown.parameter, value)
             changes[place] = text, comment
             reduce(getitem, place[:-1], data)[place[-1]] = text

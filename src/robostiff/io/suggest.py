@@ -52,6 +52,13 @@ _EXPECTED: Mapping[str, str] = MappingProxyType(
         "string_pattern_mismatch": "a text of the form {pattern}",
     }
 )
+# Of what may be written in two ways, by its tag in the model of the file.
+_OF_TAGS = {
+    "count": "a list of copies, or a mapping with their count",
+    "mapping": "a name, or a mapping",
+    "repeated": "a list, or one mapping with repeat",
+    "vector": "an axis, such as -z, or a list of 3 values",
+}
 _LENGTHS = {"too_short": ("min_length", "at least"), "too_long": ("max_length", "at most")}
 
 
@@ -64,15 +71,15 @@ def phrase(
     """
     if kind in _LENGTHS:
         key, words = _LENGTHS[kind]
-        bounds = {getattr(bound, name, None) for bound in metadata for name, _ in _LENGTHS.values()}
-        exactly = bounds - {None} == {context[key]} and len(metadata) > 1
-        exactly = exactly or context.get("field_type") == "Tuple"
+        bounds = [getattr(bound, name, None) for bound in metadata for name, _ in _LENGTHS.values()]
+        exactly = bounds.count(context[key]) > 1 or context.get("field_type") == "Tuple"
         wanted = values(context[key])
         expected = wanted if exactly else f"{words} {wanted}"
         return Words(values(len(value))), expected, "wrong length", None
     if kind not in _EXPECTED:
         return None
-    expected = _EXPECTED[kind].format_map(context)
+    ways = (_OF_TAGS.get(getattr(x, "tag", "")) for x in metadata)
+    expected = next(filter(None, ways), _EXPECTED[kind].format_map(context))
     if kind == "greater_than" and context["gt"] == 0:
         expected = "a positive number"
     if expected.endswith("character") and not expected.endswith(" 1 character"):

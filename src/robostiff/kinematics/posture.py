@@ -69,7 +69,7 @@ class Posture:
         met = (self.shift_gaps <= tolerance * self.length) & (self.turn_gaps <= tolerance)
         return np.all(met, axis=-1)
 
-    @property
+    @cached_property
     def within_limits(self) -> np.ndarray:
         """At which poses every actuator is within its limits (N,)."""
         each = zip(self.robot.legs, self.coordinates, strict=True)

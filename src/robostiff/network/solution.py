@@ -435,10 +435,8 @@ def network_under_loads(
     """
     system = saddle_point_system(equations_of(network, tolerance), platform_fixed=False)
     rows = list(network.space.rows)
-    each = [
-        (network.platform, wrench, network.reference_point),
-        *((f.node, f.wrench[rows], f.point) for f in forces),
-    ]
+    each = [(network.platform, wrench, network.reference_point)]
+    each += [(f.node, f.wrench[rows], f.point) for f in forces]
     found = LoadedNetwork.of(system, system.forces(each), [(point, F) for _, F, point in each])
     # Without what free motions of the platform add to its displacement; motions of mechanisms that
     # leave it at rest stay as they were found.

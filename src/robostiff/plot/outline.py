@@ -192,7 +192,8 @@ def _along(
     for element in leg.elements:
         behind = f"{name}/{element.name}"
         if isinstance(element, PlacedBlock):
-            # a block begins where its branches begin
+            # a block begins where its branches begin; ends of a block before it meet at the first
+            yield from (_joined(place, starts[0], name, "") for place in starts[1:])
             for branch in element.branches:
                 yield from _along(branch, name, body, behind, starts[:1])
             starts, slid = [PointOfBody(branch.end, behind) for branch in element.branches], ""

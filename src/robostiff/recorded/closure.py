@@ -34,7 +34,7 @@ from robostiff.recorded.guess import (
     with_nominal,
 )
 from robostiff.recorded.newton_step import NewtonStep, newton_step
-from robostiff.recorded.parameters import closed_samples, turns_at_home, with_inputs
+from robostiff.recorded.parameters import closed_samples, rate_name, turns_at_home, with_inputs
 
 # Every step is at most half of the one before, or as small as rounding makes it; squares.
 _HALF, _SMALL_STEP = 0.5**2, 1e-9**2
@@ -180,7 +180,7 @@ class RecordedClosure(RecordedSteps):
             raise InputError("derivative", got=by, expected=", ".join(self.inputs))
         known = set(record.inputs)
         rates: dict[str, Any] = {
-            name: record.add_input(_rate_name(name, by), 1.0)
+            name: record.add_input(rate_name(name, by), 1.0)
             for name in self.following
             if name in known
         }
@@ -193,7 +193,7 @@ class RecordedClosure(RecordedSteps):
         gap, mode = self.arrival.evaluated(values, ENTRY_FUNCTIONS)[-2:]
         at_joints = {**values, **self._joints_at(values)}
         for by in self.inputs:
-            names = [_rate_name(name, by) for name in self.following]
+            names = [rate_name(name, by) for name in self.following]
             if not set(names).isdisjoint(program.inputs):
                 rates = self.rates(by).evaluated(values, ENTRY_FUNCTIONS)
                 at_joints |= zip(names, rates, strict=True)
@@ -207,10 +207,6 @@ class RecordedClosure(RecordedSteps):
             cosine, sine = turn_names(name)
             with_turn(q[name], values[sine], values[cosine])
         return q
-
-
-def _rate_name(joint: str, by: str) -> str:
-    return f"d {joint} / d {by}"
 
 
 def record_closure(

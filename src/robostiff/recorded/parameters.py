@@ -218,3 +218,8 @@ def coordinates_at_home(robot: Robot, finder: PostureFinder) -> list[float | Ent
 def turns_at_home(robot: Robot) -> bool:
     """Whether a parameter turns the platform of a robot on entries at home."""
     return robot.home is not None and any(isinstance(x, Entry) for x in robot.home.R.flat)
+
+
+def rate_name(joint: str, by: str) -> str:
+    """The input that is the rate of a joint with another input of its closure."""
+    return f"d {joint} / d {by}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from functools import cache, cached_property, partial
@@ -15,30 +16,22 @@ from robostiff.analysis import PartShare, Stiffness, stiffness
 from robostiff.analysis.free_motion import free_motions_in_words
 from robostiff.elastostatics.status import Status, StatusOfPoses
 from robostiff.errors import InputError, NoAnswerError
-from robostiff.frozen import field, frozen, replace
+from robostiff.frozen import field, frozen
 from robostiff.kinematics import Near, Pose
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import DriveValues, Linkage
 from robostiff.markup import InNotebooks
-from robostiff.model import PlacedMass, Robot, Snapshot
+from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.chains.elements import FiniteChain, FiniteCoupling
-from robostiff.statics.chains.legs import Legs
 from robostiff.statics.equations.newton import FoundEquilibrium
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.equations.stability import energies_of
-from robostiff.statics.equations.vibration import (
-    CarriedMass,
-    CarriedMasses,
-    Vibrations,
-    mass_rows,
-    vibrations,
-)
+from robostiff.statics.equations.vibration import Vibrations, mass_rows, vibrations
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
-from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses
+from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses, has_masses
 from robostiff.statics.loading.loaded_posture import (
     LoadedPosture,
     as_snapshot,
@@ -143,8 +136,8 @@ class Modes(StatusOfPoses, InNotebooks):
         or fewer.
     shapes : callable
         Motions (k, n) of all unknowns.
-    posed : Snapshot, Network, CableRobot or None
-        The robot at the unloaded posture.
+    place : callable
+        The robot at the unloaded posture: a snapshot, network or cable robot; or none.
     find : callable
         The equilibrium about which it vibrates, or none.
     one : callable
@@ -156,15 +149,20 @@ class Modes(StatusOfPoses, InNotebooks):
     status_codes: np.ndarray
     squares: np.ndarray = field(default_factory=lambda: np.zeros(0))
     shapes: Callable[[], np.ndarray] = field(default=lambda: np.zeros((0, 0)), compare=False)
-    posed: Snapshot | Network | CableRobot | None = None
+    place: Callable[[], Any] = field(default=lambda: None, compare=False)
     find: Callable[[], FoundEquilibrium | None] = field(default=lambda: None, compare=False)
     one: Callable[[int], Modes] | None = field(default=None, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
         """What a copy or a pickle has: all of it worked out."""
-        shapes, find = partial(copy, self.shapes()), partial(copy, self.equilibrium)
+        known = {"shapes": self.shapes(), "place": self.posed, "find": self.equilibrium}
         one = None if self.one is None else partial(getitem, self.poses)
-        return vars(self) | {"shapes": shapes, "find": find, "one": one}
+        return vars(self) | {k: partial(copy, x) for k, x in known.items()} | {"one": one}
+
+    @cached_property
+    def posed(self) -> Snapshot | Network | CableRobot | None:
+        """The robot at the unloaded posture."""
+        return self.place()
 
     @cached_property
     def equilibrium(self) -> FoundEquilibrium | None:
@@ -292,20 +290,56 @@ def modes(
     (180, array([48.8, 48.8]))
     """
     postures = postures_of(robot, pose, near)
-    given = beside(postures.batch, wrenches_of("wrench", wrench, postures.robot.space))
+    of_robot = postures.robot.name, postures.robot.space
+    given = beside(postures.batch, wrenches_of("wrench", wrench, of_robot[1]))
     acting, carried = Acting(loads, gravity, preload, beams, at, laws or {}), masses or {}
-    loaded = cache(lambda i: postures.loaded(i, acting, carried))
+
+    def found_at(i: int, known: Vibrations | None = None) -> Modes:
+        """At one pose; its vibrations at rest may be known."""
+        one, F = cache(partial(postures.loaded, i, acting, carried)), np.atleast_2d(given)[i]
+
+        def at_rest() -> FoundEquilibrium:
+            problem = one().problem
+            start = LoadCase(F, F), problem.unloaded
+            return FoundEquilibrium(*start, 0.0, problem.at_rest, True, 0)
+
+        find: Callable[[], FoundEquilibrium | None] = cache(at_rest)
+        status = one().status if known is None else postures.status(i)
+        if known is None and one().has_posture:
+            if one().problem.bears_loads or np.any(F):
+                answer = solved(one(), F, None)
+                status, find = answer.status, lambda: answer.found
+            if (found := find()) is not None:
+                (known,) = vibrations(one().problem, one().masses, found.known, found.state)
+        about = *of_robot, np.asarray(int(status), dtype=np.uint16)
+        if known is None:
+            return Modes(*about)
+        if not known[0].size:
+            raise InputError(
+                f"masses of {of_robot[0]!r}",
+                expected="masses of bodies, by name [kg]",
+                hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a '
+                'number; --mass "platform=150 kg"; or mass: in the model file',
+            )
+        return Modes(*about, *known, lambda: one().posed, find)
+
     if given.ndim == 1:
-        return _modes_of(loaded(0), given)
+        return found_at(0)
     n, known = len(given), np.ma.masked_all((len(given), 0))
     each = [one for x in carried.values() for one in (x if isinstance(x, Sequence) else [x])]
     alike = at is None and all(getattr(one, "point", None) is None for one in each)
+    alike = alike and not any(map(has_masses, getattr(robot, "legs", ())))
     if n and postures.batch and alike and isinstance(robot, Robot) and not np.any(given):
-        known = _of_platforms(n, loaded(0), lambda: stiffness(robot, pose, near=near))
+        first = postures.first.loaded(0, acting, carried)
+        known = _of_platforms(n, first, lambda: stiffness(robot, pose, near=near))
     rest, alone = np.flatnonzero(known.mask.all(axis=-1)).tolist(), dict[int, Modes]()
     for k in range(0, len(rest), _TOGETHER):
-        some = rest[k : k + _TOGETHER]
-        alone |= zip(some, _modes_of_each([loaded(i) for i in some], given[some]), strict=True)
+        rows, found = rest[k : k + _TOGETHER], list[Vibrations]()
+        together = None if np.any(given[rows]) else postures.as_robots(rows, acting, carried)
+        if together is not None and together[0].closures is None:
+            found = vibrations(*together, together[0].at_rest, together[0].unloaded)
+        for i, own in itertools.zip_longest(rows, found):
+            alone[i] = found_at(i, own)
     codes = np.array([int(alone[i].status) if i in alone else 0 for i in range(n)], dtype=np.uint16)
     squares = np.ma.masked_all((n, max([known.shape[1], *map(len, alone.values())])))
     squares[:, : known.shape[1]] = known
@@ -313,76 +347,9 @@ def modes(
         squares[i, : len(own)] = own.squares
 
     def one(i: int) -> Modes:
-        return alone[i] if i in alone else alone.setdefault(i, _modes_of(loaded(i), given[i]))
+        return alone[i] if i in alone else alone.setdefault(i, found_at(i))
 
-    return Modes(postures.robot.name, postures.robot.space, codes, squares, one=one)
-
-
-def _modes_of_each(loaded: Sequence[LoadedPosture], wrenches: np.ndarray) -> Iterator[Modes]:
-    """At some poses; where nothing loads legs of one kind, their equations are solved together."""
-    each = list(zip(loaded, wrenches, strict=True))
-    kinds = [tuple(chain.kind for chain in one.problem.legs.chains) for one in loaded]
-    at_rest = [k for k, pair in enumerate(each) if _is_at_rest(*pair) and kinds[k] == kinds[0]]
-    found = dict[int, Vibrations]()
-    if len(at_rest) > 1:
-        problem, masses = _side_by_side([loaded[k] for k in at_rest])
-        if problem.closures is None:
-            of_all = vibrations(problem, masses, problem.at_rest, problem.unloaded)
-            found |= zip(at_rest, of_all, strict=False)
-    return (_modes_of(*pair, found.get(k)) for k, pair in enumerate(each))
-
-
-def _side_by_side(several: Sequence[LoadedPosture]) -> tuple[EquilibriumProblem, CarriedMasses]:
-    """Robots without load whose legs are of one kind, as one, and their masses."""
-    chains, couplings = list[FiniteChain](), list[FiniteCoupling]()
-    on_legs, on_platforms = list[CarriedMass](), list[PlacedMass]()
-    problems = [one.problem for one in several]
-    for i, one in enumerate(several):
-        legs = one.problem.legs
-        number, first = {c: len(chains) + c for c in range(len(legs.chains))}, i * len(legs.points)
-        couplings += (coupling.renumbered(number) for coupling in legs.couplings)
-        on_legs += (
-            replace(mass, spot=mass.spot._replace(chain=number[mass.spot.chain]))
-            for mass in one.masses.on_legs
-        )
-        on_platforms += one.masses.on_platform
-        for chain in legs.chains:
-            start, end = (None if b is None else b + first for b in (chain.start, chain.end))
-            same = (start, end) == (chain.start, chain.end)
-            chains.append(chain if same else replace(chain, start=start, end=end))
-    points = np.concatenate([problem.legs.points.reshape(-1, 3) for problem in problems])
-    at, rows = np.array([problem.point for problem in problems]), problems[0].rows
-    together = Legs(tuple(chains), points, at, rows, (), tuple(couplings), len(several))
-    masses = CarriedMasses(tuple(on_legs), tuple(on_platforms))
-    return replace(problems[0], legs=together, point=at), masses
-
-
-def _is_at_rest(loaded: LoadedPosture, wrench: np.ndarray) -> bool:
-    return loaded.has_posture and not (loaded.problem.bears_loads or np.any(wrench))
-
-
-def _modes_of(loaded: LoadedPosture, wrench: np.ndarray, known: Vibrations | None = None) -> Modes:
-    """At one pose; its vibrations at rest may be known."""
-    problem, status, find = loaded.problem, loaded.status, lambda: None
-    if _is_at_rest(loaded, wrench):
-        loading, rest = LoadCase(wrench, wrench), problem.unloaded
-        find = cache(lambda: FoundEquilibrium(loading, rest, 0.0, problem.at_rest, True, 0))
-    elif loaded.has_posture:
-        answer = solved(loaded, wrench, None)
-        status, find = answer.status, lambda: answer.found
-    about = loaded.name, loaded.space, np.asarray(int(status), dtype=np.uint16)
-    if known is None:
-        if (found := find()) is None:
-            return Modes(*about)
-        (known,) = vibrations(problem, loaded.masses, found.known, found.state)
-    if not known[0].size:
-        raise InputError(
-            f"masses of {loaded.name!r}",
-            expected="masses of bodies, by name [kg]",
-            hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a number; '
-            '--mass "platform=150 kg"; or mass: in the model file',
-        )
-    return Modes(*about, *known, loaded.posed, find)
+    return Modes(*of_robot, codes, squares, one=one)
 
 
 def _of_platforms(

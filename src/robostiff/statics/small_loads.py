@@ -18,7 +18,7 @@ from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Actuated, Robot, Snapshot
 from robostiff.model.mass import gravity_vector
 from robostiff.network import Network, NodeForce
-from robostiff.spatial import Space, move_wrench
+from robostiff.spatial import move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
 from robostiff.statics.chains.equilibrated import LOST
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
@@ -169,10 +169,11 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     placed: Any = stiffness.placed()
     nothing, at_rest = np.zeros(problem.size), problem.unloaded
     known = problem.linearised(at_rest, LoadCase(nothing, F), 0.0, 2)
+    if not known.regular and Status.REDUNDANT_JOINTS not in stiffness.status:
+        return none(Status.ILL_CONDITIONED)  # too few digits for joints that are almost redundant
     if _drives_legs(problem, known):
         return none(Status.UNBALANCED)
-    to_origin = stiffness.origin - stiffness.reference_point
-    to_origin = to_origin if stiffness.space is Space.SPATIAL else to_origin[:2]
+    to_origin = (stiffness.origin - stiffness.reference_point)[: stiffness.space.translations]
     # what the loads at bodies are worth at the platform: legs bend under them while it is held
     deflected = _of_platform(problem, known, int(stiffness.rank))
     if deflected is None:
@@ -180,7 +181,6 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     t, is_free = deflected
     status = stiffness.status if is_free else stiffness.status & ~Status.FREE_MOTIONS
     step = known.factor_steps + known.by_twist @ t
-    state = problem.moved(at_rest, nothing, step)
     legs, forces, stored = problem.legs, None, ()
     if legs.springs:  # tension among them, as the bodies move
         pulls = legs.pulls(at_rest.legs, 0.0)
@@ -189,7 +189,7 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
         each = zip(legs.springs, 0.5 * np.sum(moved * forces, axis=-1), strict=True)
         stored = [("springs", spring.name, float(energy)) for spring, energy in each]
         forces = forces + pulls.rate
-    loaded = CarriedLoads(problem, state, small=True, forces=forces)
+    loaded = CarriedLoads(problem, problem.moved(at_rest, nothing, step), small=True, forces=forces)
     if not loaded.are_balanced(F):
         return none(Status.ILL_CONDITIONED)
     parts, rates = loaded.parts(), known.equations.r_factor
@@ -203,9 +203,7 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
         status,
         t,
         parts=shares_of(parts, stored),
-        reactions=tuple(
-            JointReaction(part.leg, part.part, part.wrench, part.point) for part, _ in joints
-        ),
+        reactions=tuple(JointReaction(p.leg, p.part, p.wrench, p.point) for p, _ in joints),
         actuators=tuple(
             ActuatorLoad(part.leg, part.part, load, float(part.motion[0]), part.unit)
             for part, load in joints

@@ -19,8 +19,7 @@ from robostiff.analytic.export import (
 from robostiff.analytic.export.blocks import EquationRows, Nomenclature
 from robostiff.analytic.export.entries import factored_matrix, in_decimals, readable
 from robostiff.analytic.export.language import broken_lines, wrapped_formula
-from robostiff.analytic.export.nomenclature import with_springs
-from robostiff.analytic.export.outline import outline_of
+from robostiff.analytic.export.outline import outline_of, with_springs
 from robostiff.analytic.vectors.vector_expressions import Equation, names_in
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL

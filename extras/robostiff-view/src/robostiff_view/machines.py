@@ -196,10 +196,10 @@ def parameters_written(source: Any, side: str | Path | None) -> Mapping[str, Any
     """Parameters as they are written in the model file, or in the side file of a description."""
     from robostiff.io.document import read_document
     from robostiff.io.rigid_tree import read_side
-    from robostiff.robots import descriptions, robot_file, shipped_names
+    from robostiff.robots import robot_file, shipped_names
 
     path = robot_file(source) if source in shipped_names() else source
-    beside = side is not None or descriptions.is_description(path)
+    beside = side is not None or Path(path).suffix.lower() not in (".yaml", ".yml", ".json")
     data = (read_side(path, side) if beside else read_document(path)).data
     found = data.get("parameters") if isinstance(data, dict) else None
     return found if isinstance(found, dict) else {}

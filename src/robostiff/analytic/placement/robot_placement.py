@@ -267,13 +267,14 @@ def home_frame(entries: Robot) -> tuple[np.ndarray, np.ndarray]:
 def _check_closed_form(leg: Leg, solver: LegSolver) -> None:
     if solver.recorded_form is not None:
         return
+    in_joints = ", or at pose=AtSymbols(), where joint coordinates of the legs are symbols"
+    in_joints *= not leg.chain.has_blocks
     raise InputError(
         f"closure of leg {leg.name!r}",
         got=Words("a leg without a closed form"),
         expected="a strut, a rod on a slide or a crank, or a post with one joint, at given "
         "coordinates of the pose",
-        hint="derive it at home, or at pose=AtSymbols(), where joint coordinates of legs without "
-        "parallel blocks may be symbols; or compute numbers: rs.stiffness(robot, pose)",
+        hint=f"derive it at home{in_joints}; or compute numbers: rs.stiffness(robot, pose)",
     )
 
 

@@ -14,9 +14,10 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any
 
-from robostiff.errors import InputError, Words
+from robostiff.errors import InputError, Words, warn_of_slip
 from robostiff.frozen import frozen
 from robostiff.io.units import Dimension, SIQuantity, Unit, exact_quantity, make_quantity, make_unit
+from robostiff.model.checks import FULL_TURN
 from robostiff.spatial.formula import exact_number, is_possible
 
 HIGHEST_POWER = 64
@@ -131,6 +132,9 @@ def _unit_of_function(name: str, arguments: Sequence[SIQuantity]) -> Unit:
     if name in ("sin", "cos", "tan"):
         if not first.units.is_like(Unit()):
             raise refusal(f"{name} of {first}", "an angle, such as 10 deg")
+        x = first.magnitude  # whole numbers of radians are hardly meant
+        if first.is_bare and isinstance(x, float) and abs(x) > FULL_TURN and x.is_integer():
+            warn_of_slip(f"{name}({x:g}): an angle of {x:g} rad; in degrees? write {x:g} deg")
         return Unit()
     if name in ("asin", "acos", "atan"):
         if not first.measures(Dimension.NUMBER):

@@ -61,8 +61,8 @@ class WrittenRepeat(WrittenMapping):
 
     repeat: Annotated[
         Annotated[list[WrittenCopy], Tag("list"), Field(min_length=1)]
-        | Annotated[WrittenCount, Tag("mapping")],
-        either(list, "list", "mapping"),
+        | Annotated[WrittenCount, Tag("count")],
+        either(list, "list", "count"),
     ] = Field(description="a list of copies, such as {name: leg1, phi: 0 deg}, or a count")
     let: dict[str, Value] = Field({})
 
@@ -109,8 +109,8 @@ _OneOrPattern = Annotated[
 
 OneOrSeveral = Annotated[
     Annotated[list[_OneOrPattern[One, Pattern]], Tag("list"), Field(min_length=1)]
-    | Annotated[Pattern, Tag("mapping")],
-    either(list, "list", "mapping"),
+    | Annotated[Pattern, Tag("repeated")],
+    either(list, "list", "repeated"),
 ]
 """A list in which patterns stand for several, or one pattern alone."""
 

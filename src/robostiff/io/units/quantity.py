@@ -385,6 +385,7 @@ def parse_quantities(
 
 # Elastic moduli [Pa]: with a unit, and as bare numbers, which are often in another unit.
 _SOFTEST, _SOFTEST_BARE, _HARDEST = 1e3, 1e6, 1e13
+_LIGHTEST = 25.0  # density of a foam [kg/m^3]
 # Advance of a screw in one turn [m].
 _STEEPEST = 2.0
 
@@ -410,6 +411,10 @@ def question(
         if meant or abs(number) <= largest:
             return
         words = words.format(number)
+    elif dimension is Dimension.DENSITY:
+        if has_unit or not 0 < number < _LIGHTEST:
+            return
+        words, unit = f"a density of {number:g} kg/m^3", "g/cm^3"
     else:
         softest = _SOFTEST if has_unit else _SOFTEST_BARE
         if dimension is not Dimension.MODULUS or softest <= number <= _HARDEST:

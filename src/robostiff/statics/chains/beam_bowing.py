@@ -11,7 +11,7 @@ import numpy as np
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
-from robostiff.frozen import field, frozen, replace
+from robostiff.frozen import frozen, replace
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
 from robostiff.record import is_zero, square_root, usual_size
 from robostiff.spatial import Space, compliance_modes, cross
@@ -47,13 +47,13 @@ def bending(
 
     Parameters
     ----------
-    V : (6, m) array
+    V : (..., 6, m) array
         ``(d, r)`` of the far end by its coordinates, own axes; of numbers or of entries.
-    C : (6, 6) array
+    C : (..., 6, 6) array
         Compliance about its far end, of numbers or of entries.
-    L : number or entry
+    L : number, entry or (...) array
         Length [m].
-    planes : sequence of pairs of (3,) arrays
+    planes : sequence of pairs of (..., 3) arrays
         In which it bends: unit vectors across it and along its turns, own axes. Two of a robot in
         space, the plane itself of a planar one.
     inner : bool
@@ -65,16 +65,21 @@ def bending(
         Of one beam.
     """
     forms: list[tuple[np.ndarray, Any, Any, Any]] = []
+    length = np.asarray(L)[..., None]
     for across, turn in planes:
-        d, r = across @ V[:3], turn @ V[3:]
-        of_shift, of_turn = (d - r * (L * 0.5), 0.2 * (1 / L)), (r, L * (1 / 12))
+        d = (across[..., None, :] @ V[..., :3, :])[..., 0, :]
+        r = (turn[..., None, :] @ V[..., 3:, :])[..., 0, :]
+        of_shift, of_turn = (d - r * (length * 0.5), 0.2 * (1 / L)), (r, L * (1 / 12))
         forms.append((d, 1 / L, 0, 0))
         if not inner:
             forms += [(*of_shift, 0, 0), (*of_turn, 0, 0)]
             continue
-        soft = turn @ C[3:, 3:] @ turn  # L/EI
-        e = (across @ C[:3, :3] @ across) * (1 / (soft * L * L)) - 1 / 3
-        e = 0 if usual_size(e) <= _NONE else e
+        soft = _along(turn, C[..., 3:, 3:])  # L/EI
+        e = _along(across, C[..., :3, :3]) * (1 / (soft * L * L)) - 1 / 3
+        if isinstance(e, np.ndarray):
+            e = np.where(np.abs(e) <= _NONE, 0.0, e)
+        elif usual_size(e) <= _NONE:
+            e = 0
         # the second mode: slopes, energy, and slopes with the cubic
         stiff, with_shift = 1 + 140.0 * e, 7**-0.5 / 10 + 2 * 7**0.5 * e
         slopes = 1 / 90 + 2 * e + 140.0 * e * e
@@ -95,12 +100,17 @@ def bending(
         half = 0.5 * (1 / apart) * (soft * L * L)
         forms.append((*of_turn, (whole * first - part) * half, first * (soft * L)))
         forms.append((r, 0, (part - whole * last) * half, last * (soft * L)))
-    shapes = (V.shape[1],), (), (), ()
-    found = [np.zeros((len(forms), *shape), dtype=int).astype(V.dtype) for shape in shapes]
+    F, *batch = len(forms), *V.shape[:-2]
+    z = np.zeros((*batch, F, V.shape[-1]), dtype=int).astype(V.dtype)
+    s, b, l = np.zeros((3, *batch, F), dtype=int).astype(V.dtype)
     for i, form in enumerate(forms):
-        for values, value in zip(found, form, strict=True):
-            values[i] = value
-    return Bending(*found)
+        z[..., i, :], s[..., i], b[..., i], l[..., i] = form
+    return Bending(z, s, b, l)
+
+
+def _along(v: np.ndarray, C: np.ndarray) -> Any:
+    """``v C v`` of a vector (..., 3) and a matrix (..., 3, 3)."""
+    return (v[..., None, :] @ C @ v[..., None])[..., 0, 0][()]
 
 
 def _determinant(A: Sequence[Any], B: Sequence[Any]) -> Any:
@@ -162,7 +172,7 @@ Beams = Bowing | Linear
 
 
 def part_of_beam(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
-    """Compliance (6, 6) of one of so many equal parts of a uniform beam, about its far end.
+    """Compliance (..., 6, 6) of one of so many equal parts of a uniform beam, about its far end.
 
     From that of the whole beam, a third of whose length cubed over EI is due to bending, the rest
     to shear; of numbers or of entries, as its length [m].
@@ -170,15 +180,15 @@ def part_of_beam(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
     if parts == 1:
         return C
     L = length * (1 / parts)
-    found: np.ndarray = np.zeros((6, 6), dtype=int).astype(C.dtype)
+    found: np.ndarray = np.zeros(C.T.shape, dtype=int).astype(C.dtype)
     for i in (0, 3, 4, 5):
-        found[i, i] = C[i, i] * (1 / parts)
+        found[i, i] = C.T[i, i] * (1 / parts)
     for d, r, sign in ((1, 5, 1), (2, 4, -1)):
         bending = found[r, r] * L
-        shear = C[d, d] - C[r, r] * length * length * (1 / 3)
+        shear = C.T[d, d] - C.T[r, r] * length * length * (1 / 3)
         found[d, d] = bending * L * (1 / 3) + shear * (1 / parts)
         found[d, r] = found[r, d] = bending * (sign * 0.5)
-    return found
+    return np.swapaxes(found.T, -1, -2)
 
 
 @frozen
@@ -200,8 +210,10 @@ class Elements(ABC):
             if isinstance(varying, StiffnessLaw):
                 law = varying.from_rest(freedom.coordinate)
             inertia = float(getattr(freedom.role, "inertia", None) or 0.0)
-        k = 0 if freedom.stiffness is None else freedom.stiffness
-        slide, k, none = (self.array(x).item() for x in (freedom.advance(1), k, 0))
+        slide, k, none = freedom.advance(1), freedom.stiffness, 0
+        k = none if k is None else k
+        if self.kind is float:
+            slide, k, none = float(slide), float(k), 0.0
         point, axis = self.array(freedom.point), self.array(freedom.axis)
         of_joint = freedom.name, point, axis, freedom.turns, slide, k, none
         return FiniteJoint(*of_joint, law=law, inertia=inertia)
@@ -213,42 +225,35 @@ class Elements(ABC):
 
 @frozen
 class ElementsOfParts(Elements):
-    """Of numbers; what is known of one part is used for all alike."""
+    """Of numbers."""
 
     treated: Beams
-    # by compliance, and in the plane by axes: elements in no place
-    known: dict[tuple[object, ...], InNoPlace] = field(default_factory=dict)
 
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as one or more elements."""
         del leg
         elasticity = spring.elasticity
-        turned = None if self.space is Space.SPATIAL else spring.rotation.tobytes()
-        # with a part that is alike at all poses it stays known
-        kept = vars(elasticity).setdefault(_ELEMENTS, {})
-        if (turned, self.treated) not in kept:
-            free = np.array(elasticity.freedoms, dtype=float)
-            of_pieces = (C.tobytes() for C in elasticity.pieces)
-            entries = elasticity.compliance.tobytes(), *of_pieces, free.tobytes(), turned
-            if entries not in self.known:
-                beams = elasticity.beams
-                bowing = self.treated if beams and isinstance(self.treated, Bowing) else None
-                pieces: list[tuple[np.ndarray, Any]] = [(elasticity.compliance, None)]
-                if bowing or len(beams) > 1:
-                    lengths = (beam.length for beam in beams)
-                    pieces = [*zip(elasticity.pieces, lengths, strict=True)]
-                self.known[entries] = elastic_elements(
-                    self.space,
-                    np.array(spring.rotation, dtype=float),
-                    pieces,
-                    free,
-                    (bowing and bowing.elements) or 1,
-                    partial(_modes, elasticity),
-                    bows=bowing is not None,
-                    inner=bowing is not None and bowing.has_inner_modes,
-                )
-            kept[turned, self.treated] = self.known[entries]
-        return in_series(kept[turned, self.treated], spring)
+        # with a part that is alike at all poses they stay known, if they are so whichever way up
+        in_space = self.space is Space.SPATIAL
+        kept = vars(elasticity).setdefault(_ELEMENTS, {}) if in_space else {}
+        if self.treated not in kept:
+            beams = elasticity.beams
+            bowing = self.treated if beams and isinstance(self.treated, Bowing) else None
+            pieces: list[tuple[np.ndarray, Any]] = [(elasticity.compliance, None)]
+            if bowing or len(beams) > 1:
+                lengths = (beam.length for beam in beams)
+                pieces = [*zip(elasticity.pieces, lengths, strict=True)]
+            kept[self.treated] = elastic_elements(
+                self.space,
+                np.array(spring.rotation, dtype=float),
+                pieces,
+                np.array(elasticity.freedoms, dtype=float),
+                (bowing and bowing.elements) or 1,
+                partial(_modes, elasticity),
+                bows=bowing is not None,
+                inner=bowing is not None and bowing.has_inner_modes,
+            )
+        return in_series(kept[self.treated], spring)
 
 
 def _modes(
@@ -256,13 +261,14 @@ def _modes(
 ) -> tuple[np.ndarray, np.ndarray]:
     # those of a part that is alike at all poses are kept with it
     modes = elasticity.modes if C is elasticity.compliance else compliance_modes(C)
-    modes, free = modes[:, np.any(modes != 0, axis=0)], free[:, np.any(free != 0, axis=0)]
-    k = np.concatenate([np.ones(modes.shape[1]), np.zeros(free.shape[1])])
-    return np.concatenate([modes, free], axis=1), k
+    free = np.broadcast_to(free, (*modes.shape[:-1], free.shape[-1]))
+    V, k = np.concatenate([modes, free], axis=-1), np.ones(modes.shape[-1] + free.shape[-1])
+    k[modes.shape[-1] :], is_one = 0.0, V.any(axis=tuple(range(V.ndim - 1)))
+    return V[..., is_one], k[is_one]
 
 
-#: Motions (r, m) of an elastic part by its coordinates, and the stiffness of these (m,),
-#: from its compliance (r, r) and its freedoms (r, f).
+#: Motions (..., r, m) of an elastic part by its coordinates, and the stiffness of these (m,),
+#: from its compliance (..., r, r) and its freedoms (r, f).
 Modes = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
@@ -283,8 +289,8 @@ def elastic_elements(
 ) -> InNoPlace:
     """An elastic part as elements: each piece of a beam as so many equal ones.
 
-    Pieces are compliances (6, 6) and lengths [m] from the start on, or one compliance and None;
-    `bows`: whether bending shortens them. The rest is as for `elastic_element`.
+    Pieces are compliances (..., 6, 6) and lengths (...) [m] from the start on, or one compliance
+    and None; `bows`: whether bending shortens them. The rest is as for `elastic_element`.
     """
     found: InNoPlace = []
     rest: Any = 0
@@ -294,9 +300,9 @@ def elastic_elements(
         for i in range(parts):
             found.append((element, rest if i == 0 else rest + length * (i / parts)))
         rest = rest if length is None else rest + length
-    whole = usual_size(rest) or 1.0
-    ends = ((e, back, 1.0 - usual_size(back) / whole) for e, back in reversed(found))
-    return [(replace(e, ends=end), back) for e, back, end in ends]
+    *backs, whole = (usual_size(np.ravel(x)[0]) for x in (*(back for _, back in found), rest))
+    ends = (1.0 - back / (whole or 1.0) for back in reversed(backs))
+    return [(replace(e, ends=end), back) for (e, back), end in zip(found[::-1], ends, strict=True)]
 
 
 def elastic_element(
@@ -311,24 +317,25 @@ def elastic_element(
 ) -> FiniteSpring:
     """An elastic part, or one of so many equal parts of a beam, as an element in no place.
 
-    `softness` is its compliance (6, 6) and its freedoms (6, f); `length` [m] that of a beam which
-    bending shortens, None for a linear spring; `inner`: whether it has inner modes. Of numbers or
-    of entries.
+    `softness` is its compliance (..., 6, 6) and its freedoms (6, f); `length` (...) [m] that of a
+    beam which bending shortens, None for a linear spring; `inner`: whether it has inner modes. Of
+    numbers or of entries.
     """
     C, free = softness
     axial, part, planes = 0, 0, []
     x, y, z = np.eye(3, dtype=int)
     if length is not None:
-        axial, part, planes = parts / C[0, 0], length / parts, [(y, z), (z, -y)]
+        axial, part, planes = parts / C.T[0, 0], length / parts, [(y, z), (z, -y)]
         C = part_of_beam(C, length, parts)
     motions, C_in = np.eye(6, dtype=int).astype(C.dtype), C
     if space is Space.PLANAR:  # motions of the plane, in world axes
-        if planes:
-            planes = [(cross(rotation[2], x), rotation[2])]
-        rows, world = list(space.rows), np.zeros((6, 6), dtype=int).astype(C.dtype)
-        world[:3, :3] = world[3:, 3:] = rotation
-        free = (world @ free)[rows] if free.size else np.zeros((len(rows), 0), dtype=C.dtype)
-        motions, C_in = world.T[:, rows], (world @ C @ world.T)[np.ix_(rows, rows)]
+        up, rows = rotation[..., 2, :], np.array(space.rows)
+        planes = [(cross(up, x), up)] if planes else []
+        world = np.zeros((*rotation.shape[:-2], 6, 6), dtype=int).astype(C.dtype)
+        world[..., :3, :3] = world[..., 3:, 3:] = rotation
+        free = (world @ free)[..., rows, :]
+        motions = np.swapaxes(world, -1, -2)
+        C_in, motions = (world @ C @ motions)[..., rows[:, None], rows], motions[..., rows]
     modes, k = modes_of(C_in, free)
     V, nowhere = motions @ modes, np.zeros(3, dtype=int).astype(C.dtype)
     bent = bending(V, C, part, planes, inner=inner)
@@ -343,7 +350,10 @@ def in_series(found: InNoPlace, spring: PlacedSpring) -> list[Element]:
     )
     placed: list[Element] = []
     for e, back in found:
-        at = point if is_zero(back) else point - rotation[:, 0] * back
+        at = point
+        if isinstance(back, np.ndarray) or not is_zero(back):
+            at = point - rotation[..., 0] * np.asarray(back)[..., None]
         shared = e.modes, e.stiffness, e.axial, e.bending, e.ends
-        placed.append(FiniteSpring(spring.name, at, rotation, *shared))
+        placed.append(own := FiniteSpring(spring.name, at, rotation, *shared))
+        vars(own)["kind"] = e.kind
     return placed

@@ -43,7 +43,8 @@ class BodyPlace:
 class FiniteJoint:
     """A joint that moves by q along its screw; energy ``k q^2 / 2 - f q``.
 
-    Its values are numbers, or entries of a record.
+    Its values are numbers, or entries of a record. Elements, and what they carry, may be at many
+    poses: arrays have an entry a pose then, along their first axis.
     """
 
     name: str
@@ -78,10 +79,6 @@ class FiniteJoint:
     def energy(self, q: float) -> float:
         """Stored, work of its preload left out [J]."""
         return 0.5 * float(self.stiffness) * q**2 if self.law is None else self.law.energy(q)
-
-    def sizes(self, length: float) -> list[float]:
-        """What a unit of its coordinate turns or shifts, shifts by the robot's length."""
-        return [1.0 if self.turns else 1.0 / length]
 
 
 @frozen
@@ -222,18 +219,14 @@ class FiniteSpring:
     @property
     def bows(self) -> bool:
         """Whether it is a beam with bowing."""
-        return not is_zero(self.axial)
+        return isinstance(self.axial, np.ndarray) or not is_zero(self.axial)
 
-    @property
+    @cached_property
     def kind(self) -> ElementKind:
         """What decides where its unknowns are."""
-        inner = (self.bending.b != 0).tobytes() if self.bows else None
+        b = self.bending.b  # alike at all poses
+        inner = ((b if b.ndim == 1 else b[0]) != 0).tobytes() if self.bows else None
         return ElementKind(self.size, is_spring=True, inner=inner)
-
-    def sizes(self, length: float) -> list[float]:
-        """What a unit of each coordinate turns or shifts (m,), shifts by the robot's length."""
-        V = np.abs(self.modes)
-        return np.maximum(V[:3].max(0) / length, V[3:].max(0)).tolist()
 
 
 Element = FiniteJoint | FiniteSpring
@@ -263,6 +256,11 @@ class ChainKind(NamedTuple):
     end: int | None
     elements: tuple[ElementKind, ...]
     loads: tuple[int, ...]  # of each: how many elements lie before its body
+
+    def behind(self, bodies: int) -> ChainKind:
+        """The same behind so many bodies of other robots."""
+        start, end = (None if b is None else b + bodies for b in self[:2])
+        return self._replace(start=start, end=end)
 
 
 class Owner(NamedTuple):
@@ -299,11 +297,6 @@ class FiniteChain:
         """What decides where its unknowns are."""
         elements, loads = tuple(e.kind for e in self.elements), tuple(b.after for b in self.loads)
         return ChainKind(self.start, self.end, elements, loads)
-
-    @property
-    def size(self) -> int:
-        """Number of coordinates."""
-        return sum(e.size for e in self.elements)
 
 
 @frozen

@@ -83,6 +83,7 @@ class Legs:
     Attributes
     ----------
     chains : tuple of FiniteChain
+        Of one robot.
     points : (bodies, 3) array
         Of the bodies between chains, at the unloaded posture [m].
     platform_point : (3,) array
@@ -93,9 +94,10 @@ class Legs:
     springs : tuple of FiniteBodySpring
         Between bodies.
     couplings : tuple of FiniteCoupling
-        Of joints.
+        Of joints, of all robots.
     robots : int
-        Number P of equal robots, one behind the other, each with a platform of its own.
+        Number P of equal robots, one behind the other, each with a platform of its own. What chains
+        have may be at P poses then.
     """
 
     chains: tuple[FiniteChain, ...]
@@ -111,8 +113,9 @@ class Legs:
         """Where all unknowns are."""
         meeting: list[Sequence[tuple[int, int]]] = [(c.place, *c.terms) for c in self.couplings]
         meeting += [[spot for spot in spring.spots if spot is not None] for spring in self.springs]
+        kinds, bodies = [chain.kind for chain in self.chains], len(self.points) // self.robots
         kind = LegsKind(
-            tuple(chain.kind for chain in self.chains),
+            tuple(own.behind(i * bodies) for i in range(self.robots) for own in kinds),
             len(self.points),
             self.rows,
             tuple(spot for *_, spot in self.anchors),
@@ -124,9 +127,23 @@ class Legs:
     @cached_property
     def arrays(self) -> MovingChains:
         """Their chains side by side."""
-        numbers = self.numbers.of_chains
+        starts = np.concatenate([self.points, np.zeros((1, 3), dtype=int)])[self.numbers.starts]
         anchors = [self.springs[i].points[side] for side, i, _ in self.anchors]
-        return MovingChains(self.chains, numbers, self.points, self.end_points, self.rows, anchors)
+        of_chains, both = self.numbers.of_chains, (starts, self.end_points)
+        return MovingChains(self.chains, of_chains, *both, self.rows, anchors, self.robots)
+
+    def of_robots(self, count: int) -> Legs:
+        """Legs at so many poses as those of as many equal robots, each at one of the poses."""
+        C = len(self.chains)
+        renumbered = [{c: i * C + c for c in range(C)} for i in range(count)]
+        points = np.broadcast_to(self.points, (count, *self.points.shape[-2:]))
+        return replace(
+            self,
+            points=points.reshape(-1, 3),
+            platform_point=np.broadcast_to(self.platform_point, (count, 3)),
+            couplings=tuple(c.renumbered(each) for each in renumbered for c in self.couplings),
+            robots=count,
+        )
 
     @cached_property
     def end_points(self) -> np.ndarray:
@@ -195,8 +212,8 @@ class Legs:
         return self.arrays.moved(state.x, *self._starting(state))
 
     def places_of(self, state: LegState, spots: Sequence[Spot]) -> tuple[np.ndarray, np.ndarray]:
-        """The same of some bodies, (M, 3, 3) and (M, 3)."""
-        bodies = self.numbers.bodies_at(spots)
+        """The same of some bodies of each robot, (M, 3, 3) and (M, 3)."""
+        bodies = self.numbers.bodies_at(spots, self.robots)
         R, t = self.bodies(state)
         return R[bodies], t[bodies]
 
@@ -231,15 +248,16 @@ class Legs:
         gap = np.concatenate([terms.P - p_end, turn], axis=-1)[:, rows]
         J, tangent = terms.J[:, rows], terms.tangent
         parts = tangent, tangent[at.off_diagonal], J, -J, at.constants
-        size = sum(block.at.size * block.at.shape[1] for block in at.blocks)
-        A = summed(at.entries, np.concatenate([part.ravel() for part in parts]), size)
+        *ends, size = np.cumsum([0, *(block.at.size * block.at.shape[1] for block in at.blocks)])
+        A = summed(at.entries, np.concatenate([part.ravel() for part in parts]), int(size))
         r = summed(at.columns, terms.gradient, at.total)
         r_factor = summed(at.columns, terms.by_share * share.rate, at.total)
         r[at.W] += gap
         half = crossed(state.W @ self._turning.T, turn) @ self._turning * 0.5
         inner = at.inner_chains
         np.add.at(r, at.bodies[at.ends[inner]], (state.W + half)[inner])
-        blocks = at.as_blocks(A)
+        each = zip((block.at.shape for block in at.blocks), np.split(A, ends[1:]), strict=False)
+        blocks = tuple(own.reshape(*shape, shape[1]) for shape, own in each)
         rigid = iter(range(len(self.rigid)))  # closures ``s = 0`` of rigid couplings, else energy
         for coupling, s in zip(self.couplings, self.sums(state), strict=True):
             x = np.concatenate([at.x[at.places[place]] for place in coupling.terms])
@@ -289,7 +307,7 @@ class Legs:
 
     def terms(self, state: LegState, pulls: Pulls | None, share: float) -> ChainTerms:
         """What the chains contribute, of numbers or of entries, with springs between bodies."""
-        W = np.zeros((len(self.chains), 6), dtype=int).astype(state.W.dtype)
+        W = np.zeros((len(state.W), 6), dtype=int).astype(state.W.dtype)
         W[:, list(self.rows)] = state.W
         forces = None
         if pulls is not None:
@@ -342,9 +360,9 @@ class Legs:
         return share * (total + self.arrays.load_potential(state.x, *self._starting(state)))
 
     def twists(self, state: LegState, spots: Sequence[Spot], points: np.ndarray) -> np.ndarray:
-        """Of bodies about points (M, 3), by the free unknowns of their components (M, 6, m)."""
+        """Of bodies of each robot about points (M, 3), by free unknowns of components (M, 6, m)."""
         at, start = self.numbers, self._starting(state)
-        given = at.bodies_at(spots), points, at.local[at.columns], at.widest
+        given = at.bodies_at(spots, self.robots), points, at.local[at.columns], at.widest
         return self.arrays.twists(state.x, *start, *given)[0]
 
     @cached_property
@@ -361,9 +379,11 @@ class Legs:
         Of coordinates and bodies, what a unit turns or shifts; of wrenches, one over the unit of
         the gap that they close.
         """
-        at, found = self.numbers, np.ones(self.numbers.total)
-        sizes = [s for chain in self.chains for e in chain.elements for s in e.sizes(length)]
-        found[at.x] = sizes
+        at, found, arrays = self.numbers, np.ones(self.numbers.total), self.arrays
+        found[at.x[at.of_chains.joint_x]] = np.where(arrays.turning[:, 0] == 1, 1.0, 1.0 / length)
+        V = np.abs(arrays.modes)
+        sizes = np.maximum(V[:, :3].max(1, initial=0.0) / length, V[:, 3:].max(1, initial=0.0))
+        found[at.x[at.of_chains.spring_x]] = sizes.ravel()[at.of_chains.full]
         body = [1.0 / length if row < 3 else 1.0 for row in self.rows]
         found[at.bodies], found[at.W] = body, body
         found[at.multipliers] = [1.0 if c.drive.turns else 1.0 / length for c in self.rigid]

@@ -21,7 +21,7 @@ from robostiff.statics.chains.elements import (
     FiniteJoint,
     FiniteSpring,
 )
-from robostiff.statics.chains.numbers import WIDE, ChainNumbers
+from robostiff.statics.chains.numbers import WIDE, ChainNumbers, side_by_side
 
 #: Turn of an elastic part up to which series answer [rad]; entries have nothing else.
 FURTHEST_TURN = 0.2
@@ -153,34 +153,42 @@ class MovingChains:
     Parameters
     ----------
     chains : sequence of FiniteChain
+        Of one robot.
     numbers : ChainNumbers
-    points : (bodies, 3) array
-        Of the bodies between chains, at the unloaded posture [m].
+        Of all robots.
+    starts : (C, 3) array
+        Points of the bodies at the starts, at the unloaded posture [m].
     ends : (C, 3) array
         Points of the bodies at the ends, about which wrenches are [m].
     body_rows : sequence of int
         Coordinates of bodies: six in space, three in the plane.
     anchors : sequence of (3,) arrays
         Where springs are held [m].
+    robots : int
+        How many equal robots are side by side.
     """
 
     def __init__(
         self,
         chains: Sequence[FiniteChain],
         numbers: ChainNumbers,
-        points: np.ndarray,
+        starts: np.ndarray,
         ends: np.ndarray,
         body_rows: Sequence[int],
         anchors: Sequence[np.ndarray] = (),
+        robots: int = 1,
     ) -> None:
         self._kind, self._at, at = np.asarray(ends).dtype, numbers, numbers
+        self._robots = robots
         elements = [e for c in chains for e in c.elements]
         springs = [e for e in elements if isinstance(e, FiniteSpring)]
         self._set_springs(springs)
         joints = [e for e in elements if isinstance(e, FiniteJoint)]
         self._axis = self._array([e.axis for e in joints], 3)
         self._slide = self._array([e.slide for e in joints])[:, None]
-        self._turning = np.array([int(e.turns) for e in joints], dtype=int)[:, None]
+        self.turning: np.ndarray = side_by_side(robots, [e.turns for e in joints], kind=int)[
+            :, None
+        ]
         self._axis_skew = skews(self._axis)
         self._axis_skew_squared = self._axis_skew @ self._axis_skew
         self.stiffness: np.ndarray = self._array([e.stiffness for e in joints])
@@ -193,18 +201,16 @@ class MovingChains:
         identity = np.eye(3, dtype=int).astype(self._kind)
         self._axes, self._points = np.tile(identity, (at.total, 1, 1)), self._zeros(at.total, 3)
         self._axes[at.spring_bodies] = self._array([e.rotation for e in springs], 3, 3)
-        for chain, bodies in zip(chains, at.bodies, strict=True):
-            if chain.start is not None:
-                self._points[bodies[0]] = points[chain.start]
-            for body, e in zip(bodies[1:].tolist(), chain.elements, strict=True):
-                self._points[body] = e.point
+        self._points[at.starts] = starts
+        self._points[at.joint_bodies] = self._array([e.point for e in joints], 3)
+        self._points[at.spring_bodies] = self._array([e.point for e in springs], 3)
         self._steps = self._frames(at.before, self._axes, self._points)
         self._end_frames = self._frames(at.last, np.tile(identity, (len(ends), 1, 1)), ends)
         # loads, and behind them anchors, which have no force of their own
         loads, bodies = [load for c in chains for load in c.loads], at.load_bodies
         self.load_point: np.ndarray = self._array([*(load.point for load in loads), *anchors], 3)
         self.load_force: np.ndarray = self._zeros(len(bodies), 3)
-        self.load_force[: len(loads)] = self._array([load.force for load in loads], 3)
+        self.load_force[: at.first_anchor] = self._array([load.force for load in loads], 3)
         arms = (self.load_point - self._points[bodies])[..., None]
         self._load_offset = np.swapaxes(self._axes[bodies], -1, -2) @ arms
         # velocities of elements by their coordinates, and twists of bodies by themselves
@@ -212,36 +218,35 @@ class MovingChains:
         self._unit = np.tile(np.eye(6, dtype=int)[list(body_rows)], (moved, 1)).astype(self._kind)
         self._local = self._zeros(len(at.coordinates), 2, 3)
         self._local[at.joint_x, 0] = self._axis * self._slide
-        self._local[at.joint_x, 1] = self._axis * self._turning
-        self._local[at.spring_x, 0] = self._columns_of_springs(self._modes[:, :3])
+        self._local[at.joint_x, 1] = self._axis * self.turning
+        self._local[at.spring_x, 0] = self._columns_of_springs(self.modes[:, :3])
 
     def _zeros(self, *shape: int) -> np.ndarray:
-        return np.zeros(shape, dtype=int).astype(self._kind)
+        return np.zeros(shape, self._kind)
 
     def _array(self, values: Sequence[Any], *shape: int) -> np.ndarray:
-        """Values one behind the other (n, *shape)."""
-        found = self._zeros(len(values), *shape)
-        for i, value in enumerate(values):
-            found[i] = value
-        return found
+        return side_by_side(self._robots, values, *shape, kind=self._kind)
 
     def _set_springs(self, springs: Sequence[FiniteSpring]) -> None:
-        self._modes = self._zeros(len(springs), 6, WIDE)
-        self.mode_stiffness: np.ndarray = self._zeros(len(springs), WIDE)
+        P, S = self._robots, len(springs)
+        modes, stiffness = self._zeros(P, S, 6, WIDE), self._zeros(P, S, WIDE)
         for i, e in enumerate(springs):
-            self._modes[i, :, : e.size], self.mode_stiffness[i, : e.size] = e.modes, e.stiffness
+            modes[:, i, :, : e.size], stiffness[:, i, : e.size] = e.modes, e.stiffness
+        self.modes: np.ndarray = modes.reshape(P * S, 6, WIDE)
+        self.mode_stiffness: np.ndarray = stiffness.reshape(P * S, WIDE)
         self._elastic = self.mode_stiffness[..., None] * np.eye(WIDE, dtype=int)
         self.beams: np.ndarray = self._at.beams
-        beams = [springs[i] for i in self.beams.tolist()]
+        beams = [e for e in springs if e.bows]
         self.axial: np.ndarray = self._array([e.axial for e in beams])
-        self.along: np.ndarray = self._modes[self.beams, 0]
-        forms = [len(e.bending.s) for e in beams]
-        z = self._zeros(len(beams), max(forms, default=0), WIDE)
-        s, b, l = self._zeros(3, *z.shape[:2])
+        self.along: np.ndarray = self.modes[self.beams, 0]
+        forms = [e.bending.s.shape[-1] for e in beams]
+        z = self._zeros(P, len(beams), max(forms, default=0), WIDE)
+        s, b, l = self._zeros(3, *z.shape[:3])
         for i, (e, n) in enumerate(zip(beams, forms, strict=True)):
-            z[i, :n, : e.size], s[i, :n] = e.bending.z, e.bending.s
-            b[i, :n], l[i, :n] = e.bending.b, e.bending.l
-        self.bending: Bending = Bending(z, s, b, l)
+            z[:, i, :n, : e.size], s[:, i, :n] = e.bending.z, e.bending.s
+            b[:, i, :n], l[:, i, :n] = e.bending.b, e.bending.l
+        forms = (x.reshape(P * len(beams), *x.shape[2:]) for x in (z, s, b, l))
+        self.bending: Bending = Bending(*forms)
 
     def _frames(self, before: np.ndarray, axes: np.ndarray, points: np.ndarray) -> np.ndarray:
         """From bodies, by number, to axes and points (n, 4, 4)."""
@@ -271,9 +276,9 @@ class MovingChains:
         And the turns of elastic parts.
         """
         q = x[self._at.joint_x][:, None]
-        half = (q * (self._turning * 0.5))[..., None]
+        half = (q * (self.turning * 0.5))[..., None]
         s, c = sine(half), cosine(half)
-        th = (self._modes @ self.spring_coordinates(x)[..., None])[..., 0]
+        th = (self.modes @ self.spring_coordinates(x)[..., None])[..., 0]
         turned = FiniteTurn.of(th[:, 3:])
         motion, before = self._zeros(2, self._at.total, 4, 4)
         joints, springs, starts = self._at.joint_bodies, self._at.spring_bodies, self._at.starts
@@ -330,14 +335,14 @@ class MovingChains:
             Share of loads and preloads; forces at the points of the loads beside these [N].
         """
         before, behind, turned = self._placed(x, R, p)
-        w, v, C = self._columns(before, behind, turned)
+        (w, v, C), body = self._columns(before, behind, turned), self._at.body
         end = behind[self._at.last] @ self._end_frames
-        P, f, m = end[:, :3, 3], W[:, :3], W[:, 3:]
-        of_chain, body = self._at.of_chain, self._at.body
+        P, f, m, of_chain = end[:, :3, 3], W[:, :3], W[:, 3:], self._at.of_chain
         F, M = f.take(of_chain, 0), m.take(of_chain, 0)
         turning = crossed(w, P.take(of_chain, 0) - C.take(body, 0))
         moving = v + turning
         gradient = -(moving * F + w * M).sum(axis=-1)
+        # what the velocities of the points of all forces make of these, ``sum(J x f)``
         across, within = crossed(moving, F), crossed(turning, F)
         by_share, columns = self._zeros(len(gradient)), self._at.coordinates[self._at.joint_x]
         by_share[columns] = -self.preload
@@ -357,15 +362,19 @@ class MovingChains:
             turned_forces = (spread.take(body, 0) @ w[..., None])[..., 0]
             across = across + crossed(v, G.take(body, 0)) + turned_forces
             within = within + turned_forces
-        tangent = self._second_order(w, across + crossed(w, M) * 0.5, within)
-        q = x[self._at.joint_x]
+        # half of the moment at the end; within an element the part that is due to turning
+        (a, b), (c, d) = self._at.pairs, self._at.pairs[:, self._at.same]
+        across = (across + crossed(w, M) * 0.5).take(b, 0)[..., None]
+        tangent = -(w.take(a, 0)[:, None] @ across)[:, 0, 0]
+        H = (w[c] * within[d]).sum(axis=-1) + (w[d] * within[c]).sum(axis=-1)
+        tangent[self._at.same] = H * -0.5
+        q, y = x[self._at.joint_x], self.spring_coordinates(x)
         tangent[self._at.diagonal[columns]] += self.stiffness
         gradient[columns] += self.stiffness * q - self.preload * share
         for i, law in self.laws:
             column, q_i, k = columns[i], float(q[i]), self.stiffness[i]
             gradient[column] += law.at(q_i) - k * q_i
             tangent[self._at.diagonal[column]] += law.tangent(q_i) - k
-        y = self.spring_coordinates(x)
         beams = self.bending.terms(y[self.beams], axial, self.along, self.axial)
         if len(bodies):
             force, curvature = self.mode_stiffness * y, self._elastic.copy()
@@ -373,32 +382,18 @@ class MovingChains:
             curvature[self.beams] += beams.curvature
             gradient[self._at.coordinates[self._at.spring_x]] += force.ravel()[self._at.full]
             turned_axes = np.swapaxes(before[bodies, :3, :3], -1, -2)
-            about, V = (turned_axes @ moment[..., None])[..., 0], self._modes[:, 3:]
+            about, V = (turned_axes @ moment[..., None])[..., 0], self.modes[:, 3:]
             block = curvature - np.swapaxes(V, -1, -2) @ turned.rate(about) @ V
             tangent[self._at.block_pairs] += block[self._at.block_entries]
         J = np.concatenate([moving, w], axis=-1)
         return ChainTerms(end[:, :3, :3], P, J, tangent, gradient, by_share, turned.square, beams)
-
-    def _second_order(self, w: np.ndarray, across: np.ndarray, within: np.ndarray) -> np.ndarray:
-        """What forces do in second order (P,).
-
-        By each column, `across` (Q, 3) is what the velocities of the points of all forces make of
-        these, ``sum(J x f)``, and half of that of the moment at the end; `within` is the part of
-        the forces that is due to turning.
-        """
-        a, b = self._at.pairs
-        tangent = -(w.take(a, 0)[:, None] @ across.take(b, 0)[..., None])[:, 0, 0]
-        a, b = a[self._at.same], b[self._at.same]
-        H = (w[a] * within[b]).sum(axis=-1) + (w[b] * within[a]).sum(axis=-1)
-        tangent[self._at.same] = H * -0.5
-        return tangent
 
     def _columns(
         self, before: np.ndarray, behind: np.ndarray, turned: FiniteTurn
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Angular velocities and velocities (Q, 3) about the points of all bodies (n, 3)."""
         local = self._local.copy()
-        local[self._at.spring_x, 1] = self._columns_of_springs(turned.W @ self._modes[:, 3:])
+        local[self._at.spring_x, 1] = self._columns_of_springs(turned.W @ self.modes[:, 3:])
         axes = before.take(self._at.body[self._at.coordinates], 0)[:, :3, :3]
         both = local @ np.swapaxes(axes, -1, -2)
         v, w = self._zeros(2, len(self._at.body), 3)

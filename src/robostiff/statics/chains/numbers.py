@@ -10,7 +10,7 @@ import itertools
 from collections import defaultdict
 from collections.abc import Hashable, Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -279,22 +279,15 @@ class LegNumbers:
         """The most free unknowns that a component has."""
         return max((block.free for block in self.blocks), default=0)
 
-    def bodies_at(self, spots: Sequence[Spot]) -> np.ndarray:
-        """Bodies of chains (M,) by their places."""
-        return np.array([self.of_chains.bodies[c][after] for c, after in spots], dtype=int)
+    def bodies_at(self, spots: Sequence[Spot], robots: int = 1) -> np.ndarray:
+        """Bodies of chains (M,) by their places in one of so many robots; those of all of them."""
+        bodies = self.of_chains.bodies
+        firsts = range(0, len(bodies), max(len(bodies) // robots, 1))
+        return np.array([bodies[first + c][after] for first in firsts for c, after in spots], int)
 
     def place(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Of entries of the flat tangent, by unknowns of one component."""
         return self.rows[a] + self.local[b]
-
-    def as_blocks(self, A: np.ndarray) -> tuple[np.ndarray, ...]:
-        """The blocks (N, n, n) of a flat tangent."""
-        found, start = [], 0
-        for block in self.blocks:
-            N, n = block.at.shape
-            found.append(A[start : start + N * n * n].reshape(N, n, n))
-            start += N * n * n
-        return tuple(found)
 
 
 @lru_cache(maxsize=64)
@@ -311,6 +304,16 @@ def _slices(sizes: Sequence[int]) -> list[slice]:
     """Places of so many values, one behind the other."""
     ends = itertools.accumulate(sizes, initial=0)
     return list(itertools.starmap(slice, itertools.pairwise(ends)))
+
+
+def side_by_side(
+    robots: int, values: Sequence[Any], *shape: int, kind: np.dtype[Any] | type = float
+) -> np.ndarray:
+    """Values of one robot (..., *shape), at one pose or so many: pose by pose (n, *shape)."""
+    found = np.zeros((robots, len(values), *shape), kind)
+    for i, value in enumerate(values):
+        found[:, i] = value
+    return found.reshape(robots * len(values), *shape)
 
 
 def summed(places: np.ndarray, values: np.ndarray, size: int) -> np.ndarray:

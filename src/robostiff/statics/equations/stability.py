@@ -276,7 +276,8 @@ def may_be_singular(problem: EquilibriumProblem) -> bool:
     chains = problem.legs.chains
     for block, lacking in zip(problem.blocks, problem.missing, strict=True):
         of_leg = [chains[c] for c in block.chains[0] if chains[c].owner != NOBODY]
-        if lacking or len(of_leg) > 1 or (of_leg and of_leg[0].size <= problem.size):
+        size = sum(e.size for chain in of_leg for e in chain.elements)
+        if lacking or len(of_leg) > 1 or (of_leg and size <= problem.size):
             return True
     return False
 

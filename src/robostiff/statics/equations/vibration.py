@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +15,7 @@ from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import cross, twist_transport
 from robostiff.statics.chains.elements import FiniteJoint, Spot
 from robostiff.statics.chains.legs import Legs, LegState
-from robostiff.statics.chains.numbers import ComponentBlock
+from robostiff.statics.chains.numbers import ComponentBlock, side_by_side
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
 from robostiff.statics.equations.stability import elastic_curvature, held_motions, of_unit_energy
 
@@ -86,23 +86,27 @@ def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -
     An element of a part is straight between its ends where these are now, and its sections move as
     `motion_of_section` says.
     """
-    n = np.array([carried.parts for carried in masses])
-    of_mass = np.repeat(np.arange(len(masses)), n)  # of each element
+    n, P = np.array([carried.parts for carried in masses]), legs.robots
+    of_mass = np.repeat(np.arange(P * len(masses)), np.tile(n, P))  # of each element
     begin, end = (np.concatenate([c.cuts[k : k + c.parts] for c in masses]) for k in (0, 1))
+    begin, end = np.tile(begin, P), np.tile(end, P)
     near = [Spot(c.spot.chain, c.spot.after - c.parts + k) for c in masses for k in range(c.parts)]
-    ends = [*near, *(spot._replace(after=spot.after + 1) for spot in near)]
+    ends = [own for spot in near for own in (spot, spot._replace(after=spot.after + 1))]
     R, t = legs.places_of(state, ends)
-    start = np.array([carried.mass.start for carried in masses])[of_mass]
-    x = np.array([carried.end for carried in masses])[of_mass] - start
-    y = np.array([carried.part.rotation[:, 1] for carried in masses if carried.part])[of_mass]
-    E = len(near)
+    R, t = R.reshape(-1, 2, 3, 3), t.reshape(-1, 2, 3)
+    start = side_by_side(P, [carried.mass.start for carried in masses], 3)[of_mass]
+    x = side_by_side(P, [carried.end for carried in masses], 3)[of_mass] - start
+    parts = [cast("PlacedSpring", carried.part) for carried in masses]
+    y = side_by_side(P, [part.rotation[..., 1] for part in parts], 3)[of_mass]
     # ends of all elements, and their axes, as they are now
-    steps = np.concatenate([begin, end])
-    at = (R @ (np.tile(start, (2, 1)) + np.tile(x, (2, 1)) * steps[:, None])[..., None])[..., 0] + t
-    chord = at[E:] - at[:E]
-    axes = _axes(chord, ((R[:E] + R[E:]) @ y[..., None])[..., 0])
-    shear, radii = map(np.concatenate, zip(*map(_beam_numbers, masses), strict=True))
-    spans, aside = (np.array(v)[of_mass] for v in zip(*map(_spread, masses), strict=True))
+    steps = np.stack([begin, end], axis=-1)[..., None]
+    at = (R @ (start[:, None] + x[:, None] * steps)[..., None])[..., 0] + t
+    chord = at[:, 1] - at[:, 0]
+    axes = _axes(chord, (R.sum(axis=1) @ y[..., None])[..., 0])
+    numbers = [x for carried in masses for x in _beam_numbers(carried).swapaxes(0, -2)]
+    shear, radii = np.split(side_by_side(P, numbers, 5), [2], axis=-1)
+    spans, aside = zip(*map(_spread, masses), strict=True)
+    spans, aside = side_by_side(P, spans, 2)[of_mass], side_by_side(P, aside, 3)[of_mass]
     aside = (np.swapaxes(_axes(x, y), -1, -2) @ aside[..., None])[..., 0]
     # sections, as parts s of their elements, and their masses; a mass at one point is all in one
     first, last = ((spans - begin[:, None]) / (end - begin)[:, None]).T
@@ -111,7 +115,7 @@ def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -
     share = np.maximum(high - low, 0.0) / np.where(is_point, 1.0, last - first)
     is_in = (spans[:, 0] >= begin) & ((spans[:, 0] < end) | (end == 1.0))
     s, share = np.where(is_point[:, None], first[:, None], s), np.where(is_point, is_in, share)
-    weight = np.array([carried.mass.value for carried in masses], dtype=float)[of_mass] * share
+    weight = side_by_side(P, [carried.mass.value for carried in masses])[of_mass] * share
     # their velocities by those of both ends, and these by the unknowns
     length = np.linalg.norm(chord, axis=-1)
     phi = shear / ((x * x).sum(axis=-1) * (end - begin) ** 2)[:, None]
@@ -119,35 +123,37 @@ def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -
     roots = np.sqrt(0.5 * weight[:, None] * _GAUSS[1])
     rows = twist_transport(aside)[:, None] @ rows * roots[..., None, None]
     rows[..., 3:, :] *= radii[:, None, :, None]
-    rows = np.asarray(np.linalg.qr(rows.reshape(E, -1, 12), mode="r")).reshape(E, 48, 3)
-    twists = legs.twists(state, ends, at)
-    by_ends = (rows @ np.swapaxes(axes, -1, -2)).reshape(E, 12, 12)
-    return by_ends @ np.concatenate([twists[:E], twists[E:]], axis=1)
+    rows = np.asarray(np.linalg.qr(rows.reshape(len(rows), -1, 12), mode="r"))
+    twists = legs.twists(state, ends, at.reshape(-1, 3)).reshape(len(rows), 12, -1)
+    return (rows.reshape(-1, 48, 3) @ np.swapaxes(axes, -1, -2)).reshape(-1, 12, 12) @ twists
 
 
-def _beam_numbers(carried: CarriedMass) -> tuple[np.ndarray, np.ndarray]:
+def _beam_numbers(carried: CarriedMass) -> np.ndarray:
     """``12 E I / (G A)`` in x-y and x-z [m^2], and radii of gyration of spread mass [m].
 
-    Of each element (n, 2) and (n, 3).
+    Of each element (..., n, 5).
     """
     part, x = cast("PlacedSpring", carried.part), carried.end - carried.mass.start
-    beams = part.elasticity.beams
-    if not beams or part.rotation[:, 0] @ x < (1 - _ASIDE) * np.linalg.norm(x):
-        return np.zeros((carried.parts, 2)), np.zeros((carried.parts, 3))
-    radii = [np.sqrt(np.array([b.EIy + b.EIz, b.EIy, b.EIz]) / b.EA) for b in beams]
-    shear = [(12 * b.EIz * b.shear_y, 12 * b.EIy * b.shear_z) for b in beams]
-    of = np.arange(carried.parts) * len(beams) // carried.parts
-    return np.array(shear)[of], np.array(radii)[of] * (carried.mass.span is not None)
+    beams, along = part.elasticity.beams, (part.rotation[..., 0] * x).sum(axis=-1)
+    if not beams or np.any(along < (1 - _ASIDE) * np.linalg.norm(x, axis=-1)):
+        return np.zeros((carried.parts, 5))
+    numbers = []
+    for b in beams:
+        of_mass = np.array([b.EIy + b.EIz, b.EIy, b.EIz]) / b.EA * (carried.mass.span is not None)
+        numbers.append([12 * b.EIz * b.shear_y, 12 * b.EIy * b.shear_z, *np.sqrt(of_mass)])
+    found = np.array(numbers)  # (beams, 5, ...)
+    found = found.transpose(*range(2, found.ndim), 0, 1)
+    return found[..., np.arange(carried.parts) * len(beams) // carried.parts, :]
 
 
-def _spread(carried: CarriedMass) -> tuple[tuple[float, float], np.ndarray]:
-    """Where along its part a mass begins and ends, and how far it is beside it (3,) [m]."""
+def _spread(carried: CarriedMass) -> tuple[np.ndarray, np.ndarray]:
+    """Where along its part a mass begins and ends (..., 2), and how far beside it (..., 3) [m]."""
     mass = carried.mass
     if mass.span is not None:
-        return mass.span, np.zeros(3)
+        return np.array(mass.span), np.zeros(3)
     x, aside = carried.end - mass.start, np.asarray(mass.centre, dtype=float) - mass.start
-    s = float(np.clip(aside @ x / (x @ x), 0.0, 1.0))
-    return (s, s), aside - s * x
+    s = np.clip((aside * x).sum(axis=-1) / (x * x).sum(axis=-1), 0.0, 1.0)[..., None]
+    return np.repeat(s, 2, axis=-1), aside - s * x
 
 
 def motion_of_section(s: ArrayLike, length: ArrayLike, phi: ArrayLike) -> np.ndarray:
@@ -276,24 +282,26 @@ def vibrations(
     P, signs = of_unit_energy(K)
     last = np.asarray(np.linalg.qr(np.concatenate(on_platform, axis=1) @ P, mode="r"))
     signs = np.concatenate([*(part[3].reshape(robots, -1) for part in parts), signs], axis=1)
-    n, i = signs.shape[1] - f, 0
-    B, Z = np.zeros((robots, n + last.shape[1], n + f)), np.zeros((robots, start + r, n + f))
-    B[:, n:, n:], Z[:, start:, n:] = last, free @ P
-    for at, E, follow, _, own in parts:
-        k = E.shape[-1]
-        for c, x in enumerate(at):
-            rows, columns = slice(i, i + own.shape[2]), slice(i, i + k)
-            B[:, rows, columns], B[:, rows, n:] = own[:, c, :, :k], own[:, c, :, k:] @ P
-            Z[:, x, columns], Z[:, x, n:] = E[:, c], follow[:, c] @ P
-            i += k
-    found = list[Vibrations]()
-    for Z_i, own, B_i in zip(Z, signs, B, strict=True):
+    n, found = signs.shape[1] - f, list[Vibrations]()
+
+    def assembled(i: int) -> tuple[np.ndarray, np.ndarray]:
+        B, Z, k = np.zeros((n + last.shape[1], n + f)), np.zeros((start + r, n + f)), 0
+        B[n:, n:], Z[start:, n:] = last[i], free[i] @ P[i]
+        for at, E, follow, _, own in parts:
+            for x, e, by_platform, rows in zip(at, E[i], follow[i], own[i], strict=True):
+                m, to = k + len(rows), k + e.shape[1]
+                B[k:m, k:to], B[k:m, n:] = rows[:, : to - k], rows[:, to - k :] @ P[i]
+                Z[x, k:to], Z[x, n:], k = e, by_platform @ P[i], to
+        return B, Z
+
+    for i, own in enumerate(signs):
+        B, Z = assembled(i)
         if not np.all(own > 0):
-            found.append(_without_stiffness(Z_i, own, B_i))
+            found.append(_without_stiffness(Z, own, B))
             continue
-        values = np.linalg.svd(B_i, compute_uv=False)  # most of the time where legs have masses
+        values = np.linalg.svd(B, compute_uv=False)  # most of the time where legs have masses
         k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
-        found.append((1.0 / values[:k] ** 2, partial(_shapes, Z_i, B_i, k, r)))
+        found.append((1.0 / values[:k] ** 2, partial(_shapes, partial(assembled, i), k, r)))
     return found
 
 
@@ -325,12 +333,15 @@ def _motions_of_platform(known: Linearised) -> np.ndarray:
     return free @ np.swapaxes(Vt, -1, -2) / np.where(sizes > _RIGID * most, sizes, most)[:, None]
 
 
-def _shapes(Z: np.ndarray, B: np.ndarray, count: int, r: int) -> np.ndarray:
+def _shapes(
+    assembled: Callable[[], tuple[np.ndarray, np.ndarray]], count: int, r: int
+) -> np.ndarray:
     """Motions ``Z v / s`` (count, n) of the largest singular values s of B.
 
     Of those of one frequency the first takes all of what the platform moves along the first of its
     r coordinates, which are the last of Z, and so on: rounding does not choose them.
     """
+    B, Z = assembled()
     _, values, Vt = np.linalg.svd(B, full_matrices=False)
     found = (Z @ Vt[:count].T / values[:count]).T
     starts = np.flatnonzero(np.diff(values[:count]) < -_SAME * values[1:count]) + 1
@@ -365,24 +376,27 @@ def mass_rows(
     Rows (k, m) by the free unknowns of one component of the legs, and a chain (k,) of that; rows
     (P, p, r) by the twist of each platform. Of all masses and drives, at a state.
     """
-    legs, of_chains, at = problem.legs, list[tuple[int, np.ndarray]](), problem.legs.numbers
+    legs, of_chains, at = problem.legs, list[tuple[Any, np.ndarray]](), problem.legs.numbers
+    first = np.arange(legs.robots)[:, None] * len(legs.chains)  # chain of each robot
     points = [carried for carried in masses.on_legs if not carried.is_along_part]
     if points:
         spots = [carried.spot for carried in points]
         R, t = legs.places_of(state.legs, spots)
-        centres = np.einsum("nij,nj->ni", R, [carried.mass.centre for carried in points]) + t
-        roots = np.sqrt(np.array([carried.mass.value for carried in points], dtype=float))
+        centres = side_by_side(legs.robots, [carried.mass.centre for carried in points], 3)
+        centres = np.einsum("nij,nj->ni", R, centres) + t
+        roots = np.sqrt(side_by_side(legs.robots, [carried.mass.value for carried in points]))
         moved = legs.twists(state.legs, spots, centres)[:, :3]
-        units = np.ones((len(legs.chains), at.widest))
+        units = np.ones((len(at.coordinates), at.widest))
         units[at.of_chains.of_chain, at.local[at.columns]] = problem.units[at.columns]
-        units = units[[spot.chain for spot in spots], None]
-        moved[np.abs(moved) < _ROUNDING * problem.length * units] = 0.0
+        chains = (first + [spot.chain for spot in spots]).ravel()
+        moved[np.abs(moved) < _ROUNDING * problem.length * units[chains, None]] = 0.0
         moved *= roots[:, None, None]
-        of_chains += zip([spot.chain for spot in spots], moved, strict=True)
+        of_chains.append((np.repeat(chains, 3), moved.reshape(-1, at.widest)))
     along = [carried for carried in masses.on_legs if carried.is_along_part]
     if along:
         of_parts = np.repeat([carried.spot.chain for carried in along], [c.parts for c in along])
-        of_chains += zip(of_parts, _rows_of_parts(legs, state.legs, along), strict=True)
+        rows = _rows_of_parts(legs, state.legs, along)
+        of_chains.append((np.repeat(first + of_parts, 12), rows.reshape(-1, at.widest)))
     drives = [
         (coupling.place[0], coupling.drive.inertia, coupling.terms, coupling.factors)
         for coupling in legs.couplings
@@ -390,23 +404,22 @@ def mass_rows(
     for c, chain in enumerate(legs.chains):
         for k, element in enumerate(chain.elements):
             if isinstance(element, FiniteJoint) and element.inertia:
-                drives.append((c, element.inertia, ((c, k),), np.ones(1)))
+                each = (first[:, 0] + c).tolist()
+                drives += [(own, element.inertia, ((own, k),), np.ones(1)) for own in each]
     for c, inertia, places, factors in drives:
         row = np.zeros((1, at.widest))
         for place, factor in zip(places, factors, strict=True):
             row[0, at.local[at.x[at.places[place]]]] = factor * np.sqrt(float(inertia))
-        of_chains += [(c, row)] if inertia else []
-    values, centres = (
-        np.array([getattr(mass, name) for mass in masses.on_platform], dtype=float)
-        for name in ("value", "centre")
-    )
+        of_chains += [([c], row)] if inertia else []
+    values = side_by_side(legs.robots, [mass.value for mass in masses.on_platform])
+    centres = side_by_side(legs.robots, [mass.centre for mass in masses.on_platform], 3)
     arms = centres.reshape(legs.robots, -1, 3) - problem.point.reshape(-1, 1, 3)
     arms = arms @ np.swapaxes(state.R, -1, -2)
     of_twist = twist_transport(arms)[..., :3, list(problem.rows)]
     of_twist *= np.sqrt(values).reshape(*arms.shape[:2], 1, 1)
     return (
         np.concatenate([np.zeros((0, at.widest)), *(rows for _, rows in of_chains)]),
-        np.repeat([c for c, _ in of_chains], [len(rows) for _, rows in of_chains]),
+        np.concatenate([np.zeros(0, dtype=int), *(c for c, _ in of_chains)]),
         of_twist.reshape(legs.robots, -1, problem.size),
     )
 

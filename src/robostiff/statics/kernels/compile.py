@@ -25,7 +25,6 @@ from robostiff.record import Program, Record
 from robostiff.recorded import parameter_samples, sample_postures
 from robostiff.spatial import as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
-from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.leg import Site
@@ -175,7 +174,17 @@ def _recorded(
     """A record of a robot under load, confirmed and run by NumPy."""
     finder = posture_finder(robot.numeric)
     placed = _loaded_postures(finder, standing)
-    force = _small_force(robot, [posture.problem for posture in placed])
+    # An arm of rigid links may be rigid at home, where it is stretched out, and nowhere else.
+    problem = next((x.problem for x in placed if not x.problem.at_rest.rigid), None)
+    if problem is None:
+        raise _rigid(robot)
+    values = np.linalg.eigvalsh(problem.at_rest.K / np.outer(problem.scale, problem.scale))
+    if values[0] <= _FREE * values[-1]:
+        raise NoAnswerError(
+            f"no kernel under load of {robot.name!r}: its platform has free motions, in which a "
+            "wrench has no equilibrium; ask rs.equilibrium, wrench by wrench"
+        )
+    force = 1e-3 * problem.length * float(values[0])  # moves it by a thousandth of that length
     try:
         loading = record_loading(
             robot, finder, placed, force, standing, platforms=platforms, drives=drives, sites=sites
@@ -191,6 +200,7 @@ def _recorded(
     )
     closing, names, closure = loading.closure, loading.joints, None
     if closing is not None and not depends_on_what_is_held(names, closing, finder):
+        names = (*names, *loading.rates)
         record = Record({name: np.array([1.0]) for name in names})
         joints = Program.of(record, [record.input(name) for name in names])
         code = ClosedCode.of(closing, joints, ArrayCode)
@@ -259,26 +269,6 @@ def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[Loa
     ends = [rows[at] for x in lengths for at in (x.argmin(), x.argmax())]
     chosen = list(dict.fromkeys([*ends, *rows]))[: max(_POSTURES, len(ends))]
     return [*found, *(around.loaded(int(k), acting) for k in chosen)]
-
-
-def _small_force(robot: Robot, problems: Sequence[EquilibriumProblem]) -> float:
-    """Under which the platform moves by about a thousandth of the robot's length [N].
-
-    An arm of rigid links may be rigid at home, where it is stretched out, and nowhere else: the
-    first posture of those given decides at which it is not.
-
-    Raises NoAnswerError when the platform is not held in all directions, or is rigid.
-    """
-    problem = next((one for one in problems if not one.at_rest.rigid), None)
-    if problem is None:
-        raise _rigid(robot)
-    values = np.linalg.eigvalsh(problem.at_rest.K / np.outer(problem.scale, problem.scale))
-    if values[0] <= _FREE * values[-1]:
-        raise NoAnswerError(
-            f"no kernel under load of {robot.name!r}: its platform has free motions, in which a "
-            "wrench has no equilibrium; ask rs.equilibrium, wrench by wrench"
-        )
-    return 1e-3 * problem.length * float(values[0])
 
 
 def _rigid(robot: Robot) -> NoAnswerError:

@@ -209,6 +209,11 @@ class CompiledLoading:
         """Names of the parameters, which may differ from pose to pose."""
         return tuple(str(symbol) for symbol in self.robot.symbols)
 
+    @property
+    def _coordinates(self) -> int:
+        """Number of inputs of the kernel that are coordinates, of the pose or of all legs."""
+        return self.kernel.inputs.index(self.robot.space.wrench_order[0]) - len(self.robot.symbols)
+
     def __repr__(self) -> str:
         inputs = ", ".join((self.closure or self.kernel).inputs[:12])
         return (
@@ -256,10 +261,9 @@ class CompiledLoading:
         threads = whole_threads(threads)
         robot, space = self.robot, self.robot.space
         # poses are closed before the record, or by it; or they are coordinates of legs
-        names, joints = self.kernel.inputs, 0
-        if self.closure is None and names[0] not in {c.value for c in ALL_COORDINATES}:
-            others = len(robot.symbols) + space.size + 9 * self.has_platforms
-            joints = len(names) - others - 3 * len(self.sites)
+        joints = 0
+        if self.closure is None and self.kernel.inputs[0] not in {c.value for c in ALL_COORDINATES}:
+            joints = self._coordinates
         inputs = KernelInputs(robot, joints)
         pose = inputs.read(pose)
         by_joints = isinstance(pose, JointCoordinates)
@@ -315,11 +319,13 @@ class CompiledLoading:
     ) -> None:
         """Results of the kernel at a chunk of poses."""
         posture, loose, known = given.rows[:, where], given.loose[where], answer.known
-        if self.closure is not None:
-            found = self.closure.evaluate(posture)
-            posture = np.concatenate([found[:-2], posture[len(self.robot.coordinates) :]])
-            loose = loose | ~((found[-2] < CLOSED) & (found[-1] > 0))
-        inputs, r = np.concatenate([posture, F.T]), self.robot.space.size
+        if self.closure is None:
+            rates = np.full((len(self.kernel.inputs) - len(posture) - F.shape[1], len(F)), np.nan)
+        else:
+            found, joints = self.closure.evaluate(posture), self._coordinates
+            posture = np.concatenate([found[:joints], posture[len(self.robot.coordinates) :]])
+            rates, loose = found[joints:-2], loose | ~((found[-2] < CLOSED) & (found[-1] > 0))
+        inputs, r = np.concatenate([posture, F.T, rates]), self.robot.space.size
         results = self.kernel.evaluate(inputs)
         K = np.moveaxis(results[: r * r].reshape(r, r, -1), -1, 0)
         given = InputRows(inputs, given.missed[where], loose)

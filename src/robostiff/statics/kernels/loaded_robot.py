@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property, partial, reduce
 from operator import add
 from typing import Any, cast
@@ -10,15 +11,17 @@ from typing import Any, cast
 import numpy as np
 
 from robostiff.elastostatics import Status
-from robostiff.frozen import frozen, replace
-from robostiff.kinematics import PostureFinder
+from robostiff.errors import OpenAtHomeError
+from robostiff.frozen import field, frozen, replace
+from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.model import PlacedMass, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.network.assembly import of_legs
 from robostiff.record import Entry, Program, derivatives_along, is_zero, least
 from robostiff.recorded import Factors, RecordedClosure, RecordedRobot, factors_of, flags_of
 from robostiff.recorded.closure import BEFORE_FIRST, LAST, RecordedSteps, contraction, handed_on
-from robostiff.recorded.robot import place_robot
+from robostiff.recorded.parameters import rate_name, sample_postures
+from robostiff.recorded.robot import RobotOnEntries, place_robot
 from robostiff.spatial import skew
 from robostiff.statics.chains.legs import LegEquations
 from robostiff.statics.chains.moving_chain import FURTHEST_TURN
@@ -58,6 +61,8 @@ _PIVOT = 1e-3
 _ARRIVED = 1e-11
 # Part of the one before that a step may be at most: its square.
 _PART, _ROUNDING = "part of the last step", 1e-18
+# Part by which a parameter is changed to find out whether legs move with it, and less than they do.
+_CHANGE, _STILL = 1e-3, 1e-9
 #: Inputs: the sum of ``h f^T`` over forces f at hooks h, in platform axes and world axes [N m].
 HOOKS = tuple(f"hook_{a}{b}" for a in "xyz" for b in "xyz")
 _WORLD = np.eye(3), np.zeros(3)
@@ -100,7 +105,8 @@ class LoadedRobot:
     dead: DeadForces  # of those at hooks the levers alone: these forces are part of the wrench
     stands: bool  # whether anything acts beside the wrench
     axes: Any = None  # (3, 3): of the platform at the unloaded posture, where its rates are asked
-    parameters: tuple[str, ...] = ()  # by which rates are asked for
+    # Parameters by which rates are asked for: rates of all inputs that move with each at a pose
+    parameters: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     with_drives: bool = False  # whether deflections of drives are asked for, too
 
     @property
@@ -247,9 +253,9 @@ class LoadedRobot:
         steps = [step[u] for u, _ in drives]
         loads = [k * q for k, q in zip(stiffnesses, deflections, strict=True)]
         of_drives, last = [*deflections, *loads], 12 + len(at.right)
-        for name in self.parameters:
+        for along in self.parameters.values():
             quantities = [*unloaded, *at.right, *steps, *loads]
-            moved = derivatives_along(record, quantities, {name: 1})
+            moved = derivatives_along(record, quantities, along)
             spin = np.reshape(np.array(moved[3:12], dtype=object), (3, 3)) @ R.T
             found += [*moved[:3], spin[2, 1], spin[0, 2], spin[1, 0]]
             found += at.factored.solved(moved[12:last])
@@ -281,6 +287,8 @@ class RecordedLoading(RecordedSteps):
         Without load, at a general pose.
     joints : tuple of str
         Inputs that are coordinates of the legs.
+    rates : tuple of str
+        The last inputs: rates of these with parameters that move them at a pose.
     closure : RecordedClosure or None
         From pose coordinates to these.
     """
@@ -291,6 +299,7 @@ class RecordedLoading(RecordedSteps):
     status: Status = Status.OK
     rank: int = 6
     joints: tuple[str, ...] = ()
+    rates: tuple[str, ...] = ()
     closure: RecordedClosure | None = None
 
     @property
@@ -339,6 +348,7 @@ def record_loading(
         hooks = here.pose.R @ np.reshape(np.array(levers, dtype=object), (3, 3))
     names_of_forces = (f"force{k}_{a}" for k in range(len(sites)) for a in "xyz")  # world axes [N]
     given = [record.add_input(name, small(force)) for name in names_of_forces]
+    along = _rates_along(robot, finder, here) if platforms else {}
     inputs, L, reference = record.inputs, finder.length, here.reference
     frames = {PLATFORM: lambda: (here.pose.R, here.pose.p), BASE: lambda: _WORLD}
     for formula in here.placed:
@@ -389,7 +399,7 @@ def record_loading(
         dead,
         stands=bool(springs or standing.loads or standing.preload or weigh or platforms or sites),
         axes=np.array(here.pose.R, dtype=object) if platforms else None,
-        parameters=tuple(map(str, robot.symbols)),
+        parameters=along,
         with_drives=drives,
     )
     start = loaded.start
@@ -418,5 +428,28 @@ def record_loading(
         status=unloaded.status,
         rank=unloaded.factors.rank,
         joints=here.joints,
+        rates=inputs[len(inputs) - sum(len(rates) - 1 for rates in along.values()) :],
         closure=closure,
     )
+
+
+def _rates_along(
+    robot: Robot, finder: PostureFinder, here: RobotOnEntries
+) -> dict[str, dict[str, Any]]:
+    """Rates of inputs with each parameter while the platform holds its pose, by name.
+
+    Those of joints that move then are further inputs of the record, which the closure provides.
+    """
+    nominal, along = robot.nominal, {str(symbol): {str(symbol): 1} for symbol in robot.symbols}
+    if not here.joints or robot.is_posed_by_joints:
+        return along
+    pose = sample_postures(finder).pose[:1, robot.coordinate_places]
+    still = np.concatenate(finder.find(pose).coordinates, axis=1)
+    for name, rates in along.items():
+        value, q = nominal[name], np.full_like(still, np.nan)
+        changed = robot.substituted({**nominal, name: value + _CHANGE * (abs(value) or 1.0)})
+        with suppress(OpenAtHomeError):
+            q = np.concatenate(posture_finder(changed.numeric).find(pose).coordinates, axis=1)
+        if not np.allclose(q, still, rtol=0, atol=_STILL):
+            rates |= {q: here.record.add_input(rate_name(q, name), 1.0) for q in here.joints}
+    return along

@@ -357,8 +357,10 @@ class _Chains:
             s.renumbered({ON_PLATFORM.chain: last.get(first[chains[0]] if chains else None, -1)})
             for s, chains in zip(springs, attached, strict=True)
         )
-        points = [self.assembly.points.get(body, point) for _, body in bodies]
-        places = self.make.array([*points, point])[:-1]
+        points = np.broadcast_arrays(
+            *(self.assembly.points.get(body, point) for _, body in bodies), point
+        )
+        places = self.make.array(np.stack(points, axis=-2))[..., :-1, :]
         return Legs(tuple(found), places, point, rows, tuple(numbered), tuple(self.couplings))
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import singledispatch
+from collections.abc import Sequence
+from functools import cached_property, singledispatch
 from typing import Any, cast
 
 import numpy as np
@@ -18,15 +19,15 @@ from robostiff.kinematics import (
     ActuatorCoordinates,
     Near,
     Posture,
-    find_posture,
+    posture_finder,
     with_body_springs,
     with_masses,
 )
 from robostiff.kinematics.masses_and_springs import bodies_of
-from robostiff.kinematics.pose import check_is_not_posed
+from robostiff.kinematics.pose import PoseRequest, check_is_not_posed
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Linkage, network_at
-from robostiff.model import Robot, Snapshot
+from robostiff.model import Robot, Snapshot, StiffnessLaw
 from robostiff.model.batched import one_of
 from robostiff.model.cable import CableRobot
 from robostiff.model.subject import Subject
@@ -121,8 +122,9 @@ class Postures:
     Attributes
     ----------
     robot : Robot, Snapshot, Network or CableRobot
-    posture : Posture or None
-        Of a robot of legs.
+    request : PoseRequest or None
+        Poses of a robot of legs.
+    near : joint coordinates, optional
     batch : tuple of int
         Shape of its batch, () for one.
     cables : CableStiffness or None
@@ -130,9 +132,22 @@ class Postures:
     """
 
     robot: Any
-    posture: Posture | None = None
+    request: PoseRequest | None = None
+    near: Near = None
     batch: tuple[int, ...] = ()
     cables: CableStiffness | None = None
+
+    @cached_property
+    def posture(self) -> Posture | None:
+        """Of a robot of legs, found when it is needed."""
+        request = self.request
+        return None if request is None else posture_finder(self.robot).at(request, self.near)
+
+    @property
+    def first(self) -> Postures:
+        """The first of many of a robot of legs, alone."""
+        request = cast("PoseRequest", self.request).part(slice(0, 1))
+        return replace(self, request=request, batch=request.batch)
 
     def loaded(self, i: int, acting: Acting, masses: Masses | None = None) -> LoadedPosture:
         """The robot at posture i with its loads, and what vibrates where masses are given.
@@ -140,12 +155,23 @@ class Postures:
         Of one posture that of the last call is kept, with what has been found out about it.
         """
         if self.batch:
-            return self._loaded(i, acting, masses)
-        return kept_for_last(Postures._loaded, self, 0, acting, masses)
+            return self.loaded_at(i, acting, masses)
+        return kept_for_last(Postures.loaded_at, self, 0, acting, masses)
 
-    def _loaded(self, i: int, acting: Acting, masses: Masses | None) -> LoadedPosture:
+    def loaded_at(self, i: Any, acting: Acting, masses: Masses | None) -> LoadedPosture:
+        """The same; of several postures, whose numbers are i, all at once, without its status."""
         pull = acting_gravity(self.robot, acting.gravity, acting.loads)
-        posed, frame, status = self._posed(i, masses is not None or bool(np.any(pull)))
+        posture, status, k = self.posture, Status.OK, i if self.batch else 0
+        if self.cables is not None:
+            posed: Any = self.cables[i] if self.batch else self.cables
+            pose, status = posed.pose, posed.status & _LASTING
+        elif posture is None:
+            posed = self.robot
+            pose = np.concatenate([np.asarray(posed.reference_point, dtype=float), np.zeros(3)])
+        else:
+            posed = self._placed(masses is not None or bool(np.any(pull))).at(k)
+            pose, status = posture.pose[k], self.status(k) if np.ndim(k) == 0 else status
+        frame = turn_by_vector(pose[..., 3:]), pose[..., :3]
         assembly = assembly_of(posed)
         laws = getattr(self.robot, "laws", {})
         if laws:
@@ -155,9 +181,9 @@ class Postures:
 
         def frame_of(name: str) -> Frame | None:
             """Axes and origin of a body by its name; None where they are not known."""
-            if name in frames or self.posture is None:
+            if name in frames or posture is None:
                 return frames.get(name)
-            bodies, k = bodies_of(self.posture), i if self.batch else 0
+            bodies = bodies_of(posture)
             body = bodies.get(name) or bodies.get(name.partition("[")[0].partition(".beam")[0])
             return None if body is None else (one_of(body.R, 2, k), one_of(body.p, 1, k))
 
@@ -185,11 +211,12 @@ class Postures:
         steady = None
         if assembly.steady:
             steady = Steady(on_platform(assembly.steady, point), assembly.moment)
+        length: Any = posed.characteristic_length
         problem = EquilibriumProblem(
             found.legs,
             posed.space.rows,
             point,
-            float(posed.characteristic_length) or 1.0,
+            cast("float", np.where(length > 0, length, 1.0)[()]),
             on_platform(found.on_platform, point),
             steady,
             found.nodes,
@@ -199,18 +226,37 @@ class Postures:
         if np.any(pull) and assembly.masses:
             wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(problem.nodes)]
         wanted += [(load.point, -load.force) for c in found.legs.chains for load in c.loads]
-        W = np.array(
-            [
-                -problem.dead.acting(np.eye(3))[0],
-                *(wrench_at(point, np.asarray(at), np.asarray(f)) for at, f in wanted),
-            ]
-        ) / np.repeat([1.0, problem.length], 3)
+        each = [wrench_at(point, np.asarray(at), np.asarray(f)) for at, f in wanted]
+        W = np.array([-problem.dead.acting(np.eye(3))[0], *each])
+        W[:, 3:] /= problem.length if each else 1.0
         if np.linalg.norm(W.sum(axis=0)) > _MISSED * np.sum(np.linalg.norm(W, axis=1)):
             raise NoAnswerError(
                 f"no answer of {posed.name!r}: its loads are not those that are given"
             )
         machine = posed if self.cables is None else self.robot
         return LoadedPosture(posed.name, problem, posed.space, frame, status, machine, found.masses)
+
+    def as_robots(
+        self, rows: Sequence[int], acting: Acting, masses: Masses
+    ) -> tuple[EquilibriumProblem, CarriedMasses] | None:
+        """Postures without load as robots side by side; None where that is not so simple.
+
+        They differ in places and in compliances alone.
+        """
+        robot, posture = self.robot, self.posture if self.batch else None
+        if posture is None or not np.all(posture.reached[rows]) or acting.loads:
+            return None
+        roles = [role for leg in robot.legs for role in leg.chain.roles]
+        varying = [isinstance(getattr(role, "stiffness", None), StiffnessLaw) for role in roles]
+        pull = acting_gravity(robot, acting.gravity, acting.loads)
+        if robot.laws or robot.springs or np.any(pull) or any(varying):
+            return None
+        loaded = self.loaded_at(np.array(rows), acting, masses)
+        if loaded.problem.bears_loads:
+            return None
+        legs = loaded.problem.legs.of_robots(len(rows))
+        at, length = legs.platform_point, float(np.ravel(loaded.problem.length)[0])
+        return replace(loaded.problem, legs=legs, point=at, length=length), loaded.masses
 
     @kept
     def _placed(self, masses: bool) -> Snapshot:
@@ -219,25 +265,14 @@ class Postures:
         snapshot = with_body_springs(posture) if posture.robot.springs else posture.snapshot
         return replace(with_masses(posture), springs=snapshot.springs) if masses else snapshot
 
-    def _posed(self, i: int, masses: bool) -> tuple[Any, tuple[np.ndarray, np.ndarray], Status]:
-        """The robot in its posture i, the frame of its platform, and what is to be said of it."""
-        posture = self.posture
-        if self.cables is not None:
-            before = self.cables[i] if self.batch else self.cables
-            frame = turn_by_vector(before.pose[3:]), before.pose[:3]
-            return before, frame, before.status & _LASTING
-        if posture is None:
-            point = np.asarray(self.robot.reference_point, dtype=float)
-            return self.robot, (np.eye(3), point), Status.OK
-        k = i if self.batch else 0
-        snapshot, status = self._placed(masses).one(k), Status.OK
+    def status(self, k: int) -> Status:
+        """What is to be said of posture k of a robot of legs."""
+        posture, status = cast("Posture", self.posture), Status.OK
         if not posture.reached[k]:
             status |= Status.UNREACHABLE
         elif not posture.within_limits[k]:
             status |= Status.BEYOND_LIMITS
-        if posture.undetermined[k]:
-            status |= Status.ILL_CONDITIONED
-        return snapshot, (turn_by_vector(posture.pose[k, 3:]), posture.pose[k, :3]), status
+        return status | Status.ILL_CONDITIONED if posture.undetermined[k] else status
 
 
 def postures_of(robot: Any, pose: Any, near: Near) -> Postures:
@@ -261,8 +296,8 @@ def _postures_of(robot: Any, pose: Any, near: Near) -> Postures:
 
 @_postures_of.register(Robot)
 def _(robot: Robot, pose: Any, near: Near) -> Postures:
-    posture = find_posture(robot, pose, near=near)
-    return Postures(robot, posture, posture.batch)
+    request = posture_finder(robot).request(pose)
+    return Postures(robot, request, near, request.batch)
 
 
 @_postures_of.register(Linkage)
@@ -295,7 +330,7 @@ def _(robot: CableRobot, pose: Any, near: Near) -> Postures:
         raise InputError(
             f"poses of {robot.name!r}", got=before.batch_shape, expected="poses along one axis"
         )
-    return Postures(robot, None, before.batch_shape, before)
+    return Postures(robot, batch=before.batch_shape, cables=before)
 
 
 def as_snapshot(posed: Any) -> Snapshot | None:
