@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.linkage import closed_at
 from robostiff.plot import Category, Marks, Path, Text
 from robostiff_view import machine_of, parameters_written
 from robostiff_view.answer import Look
@@ -148,6 +149,18 @@ def test_a_robot_whose_joints_are_in_one_point_has_sliders():
     assert machine.sliders[0].high == 500.0
     load = np.arange(1.0, machine.space.size + 1)
     assert machine.answer({"x": 0.1, "y": 0.0}, load, Look()).status == "ok"
+
+
+def test_a_linkage_begins_where_its_joints_are_given():
+    """As for stiffness: values of the drives, or of any joint by its name, which is there."""
+    linkage = rs.load_linkage("double-pantograph")
+    knee = float(closed_at(linkage, {"screw": -0.05})[1].coordinates["right knee"][0])
+    for pose in ({"screw": -0.05}, [-0.05], {"right knee": knee}):
+        (slider,) = machine_of(linkage, pose).sliders
+        assert slider.name == "screw"
+        assert slider.start == pytest.approx(-50.0, abs=1e-6)
+    with pytest.raises(rs.InputError, match="'skrew'"):
+        machine_of(linkage, {"skrew": 0.0})
 
 
 def test_actuated_joints_of_a_linkage_without_home_are_moved(tmp_path):

@@ -71,6 +71,21 @@ def test_the_picture_follows_a_parameter(page):
     np.testing.assert_allclose(shown(page), expected, rtol=1e-9, atol=1e-6)
 
 
+def test_buttons_bring_sliders_back(page, monkeypatch):
+    """Each button its own sliders."""
+    pressed = []
+    for label, sliders, to in (("home", page._of_pose, None), ("none", page._of_load, 0.0)):
+        button = type("Button", (), {"on_click": lambda _, action: pressed.append(action)})()
+        monkeypatch.setattr(page._gui, "add_button", lambda _, own=button: own)
+        page._add_reset(label, sliders, to)
+    for handle, slider in sliders_of(page):
+        handle.value = slider.high
+    for action in pressed:
+        action(None)
+    moved = [slider.key for handle, slider in sliders_of(page) if handle.value != slider.start]
+    assert moved == [slider.key for slider in page._of_parameters]
+
+
 def test_nothing_of_another_pose_stays_in_the_picture(page):
     assert page._scene.names
     page._handles["x"].value = page._of_pose[0].high

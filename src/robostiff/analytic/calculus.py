@@ -255,7 +255,7 @@ def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMat
         one, zero = field.one, field.zero
         units = [[one if i == j else zero for j in range(n)] for i in range(n)]
         rows = [[*map(field.element, matrix.row(i)), *units[i]] for i in range(n)]
-        reduced, pivots = echelon(field, rows)
+        reduced, pivots, _ = echelon(field, rows)
         if pivots != list(range(n)):
             raise InputError(
                 "compliance",

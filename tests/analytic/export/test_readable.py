@@ -8,7 +8,7 @@ import sympy as sp
 from hypothesis import given
 
 import robostiff as rs
-from robostiff.analytic import Derivation
+from robostiff.analytic import Definition, Derivation
 from robostiff.analytic.export import (
     derivation_html,
     derivation_latex,
@@ -16,11 +16,11 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
-from robostiff.analytic.export.blocks import EquationRows, Nomenclature
+from robostiff.analytic.export.blocks import Nomenclature
 from robostiff.analytic.export.entries import factored_matrix, in_decimals, readable
 from robostiff.analytic.export.language import broken_lines, wrapped_formula
-from robostiff.analytic.export.outline import outline_of, with_springs
-from robostiff.analytic.vectors.vector_expressions import Equation, names_in
+from robostiff.analytic.export.outline import outline_of
+from robostiff.analytic.vectors.vector_expressions import names_in
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL
 from tests.analytic.export.expressions import expressions
@@ -179,7 +179,8 @@ def test_a_long_number_is_put_into_the_sum_that_it_multiplies():
 
 
 def test_names_of_several_letters_are_not_abbreviated_as_one_row():
-    L, s = sp.symbols("L s", positive=True)
-    rows = tuple(Equation(name, L + s) for name in ("L_a", "d_a", "d_b", "L_b"))
-    last = with_springs([EquationRows(rows), Nomenclature(())])[-1]
-    assert last.rows == ((("L_a", "L_b", "d_a", "d_b"), "length, by its equation"),)
+    names = sp.symbols("L_a d_a d_b L_b", positive=True)
+    K = sp.ImmutableMatrix(sp.diag(sum(names), 0, 0))
+    steps = tuple(Definition(name, R + i * r) for i, name in enumerate(names, start=2))
+    text = derivation_text(Derivation("K_C", K, (), K, steps))
+    assert "\nL_a, L_b, d_a, d_b: length, by its equation\n" in text

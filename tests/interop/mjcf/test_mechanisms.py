@@ -271,6 +271,17 @@ def test_a_weld_connects_what_that_of_mujoco_connects(weld, tmp_path):
     assert np.allclose(rs.compliance(robot), C, rtol=0, atol=1e-10 * np.abs(C).max())
 
 
+def test_a_loop_may_have_the_name_of_a_joint(tmp_path):
+    """MuJoCo counts names of each kind by themselves."""
+    plain = _loaded(tmp_path, FOUR_BAR, FOUR_BAR_SIDE)
+    name = 'connect name="ball"'
+    assert name in FOUR_BAR
+    for other in ("crank", "knee"):
+        named = FOUR_BAR.replace(name, f'connect name="{other}"')
+        robot = _loaded(tmp_path, named, FOUR_BAR_SIDE)
+        assert matrix_distance(rs.stiffness(robot).K, rs.stiffness(plain).K) < 1e-12
+
+
 def test_names_that_are_missing_or_twice_are_made(tmp_path):
     mjcf = """<mujoco><worldbody><body><joint/><joint axis="1 0 0"/><site name="tool"/>
       <body name="tool" pos="0 0 1"><joint/><site pos="0 0 1"/></body></body></worldbody>

@@ -35,10 +35,8 @@ def answer(request: dict[str, Any]) -> dict[str, Any]:
 def _without_shapes_of_files(spec: Any) -> list[str]:
     """Delete the shapes that other files have; names of the bodies whose masses they decide."""
     of_files = {getattr(mujoco.mjtGeom, f"mjGEOM_{name}") for name in ("MESH", "HFIELD", "SDF")}
-    groups, named = (
-        range(spec.compiler.inertiagrouprange[0], spec.compiler.inertiagrouprange[1] + 1),
-        [],
-    )
+    first, last = spec.compiler.inertiagrouprange
+    groups, named = range(first, last + 1), []
     from_shapes = int(spec.compiler.inertiafromgeom)
     for geom in list(spec.geoms):
         if geom.type not in of_files and not geom.meshname and not geom.hfieldname:

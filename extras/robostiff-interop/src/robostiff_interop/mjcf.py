@@ -92,12 +92,14 @@ def read_equalities(
     """
     loops: list[TreeLoop] = []
     mimics: dict[str, Mimic] = {}
+    taken = set(names.joints)
     for i, name in enumerate(model.equalities):
         if not model.eq_active0[i]:
             continue
         kind = int(model.eq_type[i])
         if kind in _LOOPS:
-            loops.append(_loop(model, names, i, name or f"{_LOOPS[kind]}{i + 1}", kind))
+            own = _name(name, f"{_LOOPS[kind]}{i + 1}", taken, " loop")
+            loops.append(_loop(model, names, i, own, kind))
         elif kind == _JOINT:
             follower, mimic = _joint(model, names, drives, i, file)
             if follower in mimics:
@@ -143,8 +145,7 @@ def _joint(
     model: CompiledModel, names: ElementNames, drives: Mapping[int, float], i: int, file: str
 ) -> tuple[str, Mimic]:
     """A joint that is a polynomial of another one, about their reference coordinates."""
-    follower = int(model.eq_obj1id[i])
-    leader = int(model.eq_obj2id[i])
+    follower, leader = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
     offset, factor, *higher = (float(c) for c in model.eq_data[i][:5])
     if any(higher):
         raise FileError(
@@ -292,8 +293,7 @@ def _drives(model: CompiledModel, names: ElementNames, file: str) -> dict[int, f
 
     The force of a servo is ``gear (gain u + b_0 + b_1 l)`` with the length ``l = gear q``.
     """
-    drives: dict[int, float] = {}
-    unread: dict[str, list[str]] = {}
+    drives, unread = dict[int, float](), dict[str, list[str]]()
     for i, kind in enumerate(model.actuator_trntype):
         if kind not in ON_JOINTS:
             continue

@@ -69,11 +69,6 @@ def answer_of(bent: Deflection, drawn: Layers) -> ShownAnswer:
     )
 
 
-def refusal(error: Exception) -> ShownAnswer:
-    """What is shown where there is no robot to be shown: the reason alone."""
-    return ShownAnswer("no answer", "bad", (str(error),))
-
-
 def load_html(bent: Deflection, colours: Mapping[str, Paint]) -> str:
     """Displacements under the load, and the elastic energy of parts."""
     if not bent.has_answer:

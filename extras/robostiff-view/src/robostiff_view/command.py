@@ -20,7 +20,7 @@ class View(Command, name="view"):
 
     $ view hexapod --wrench "500 N 0 0 0 0 0"
 
-    Exit status: 0 when it is ended, 2 for bad input.
+    Exit status: 0 when it is ended, 1 when given joints are out of reach, 2 for bad input.
     """
 
     model: Model = group(Model)

@@ -14,7 +14,7 @@ from robostiff.analysis import CableResponse, Deflection, stiffness
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError
 from robostiff.kinematics import JointCoordinates, find_posture
-from robostiff.linkage import Linkage, close
+from robostiff.linkage import Linkage, close, closed_at
 from robostiff.markup import blocks_html, page_html
 from robostiff.model import Actuated, Robot, Snapshot
 from robostiff.network import Network
@@ -146,15 +146,13 @@ class LinkageMachine(Machine):
     def sliders_from(self, pose: Any) -> tuple[Slider, ...]:
         """Of those joints."""
         home, joints = close(self.robot).coordinates, self.robot.joints
+        start = home if pose is None else {**home, **closed_at(self.robot, pose)[1].coordinates}
         drives = {joint.name for joint in joints if isinstance(joint.role, Actuated)}
-        moved = [
-            (joint.name, bool(joint.freedoms[0].turns), float(home[joint.name][0]))
-            for joint in joints
-            if joint.size == 1 and joint.name in (self.robot.held or drives)
-        ]
+        moved = [j for j in joints if j.size == 1 and j.name in (self.robot.held or drives)]
+        ends = [[float(at[j.name][0]) for at in (home, start)] for j in moved]
         return tuple(
-            slider_around(name, turns, home, (pose or {}).get(name, home), self.size)
-            for name, turns, home in moved
+            slider_around(j.name, bool(j.freedoms[0].turns), *pair, size=self.size)
+            for j, pair in zip(moved, ends, strict=True)
         )
 
     def pose(self, values: Mapping[str, float]) -> Any:
@@ -199,7 +197,8 @@ def parameters_written(source: Any, side: str | Path | None) -> Mapping[str, Any
     from robostiff.robots import robot_file, shipped_names
 
     path = robot_file(source) if source in shipped_names() else source
-    beside = side is not None or Path(path).suffix.lower() not in (".yaml", ".yml", ".json")
+    models = {"", ".yaml", ".yml", ".json"}
+    beside = side is not None or Path(str(path)).suffix.lower() not in models
     data = (read_side(path, side) if beside else read_document(path)).data
     found = data.get("parameters") if isinstance(data, dict) else None
     return found if isinstance(found, dict) else {}

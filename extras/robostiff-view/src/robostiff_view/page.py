@@ -15,7 +15,7 @@ from robostiff.errors import RobostiffError
 from robostiff.markup import element
 from robostiff.plot import LAYERS
 from robostiff.spatial import Space
-from robostiff_view.answer import Look, ShownAnswer, refusal
+from robostiff_view.answer import Look, ShownAnswer
 from robostiff_view.handshake import guarded_server
 from robostiff_view.machines import Machine
 from robostiff_view.scene import LayeredScene
@@ -99,14 +99,14 @@ class LivePage:
             except Exception as error:  # what is shown must never be of another pose
                 if not isinstance(error, RobostiffError | np.linalg.LinAlgError):
                     _LOG.exception("the view of %r", self._machine.name)
-                answer = refusal(error)
+                answer = ShownAnswer("no answer", "bad", (str(error),))
                 self._draw(answer)
         return answer
 
     def _answer(self) -> ShownAnswer:
-        values = {s.name: s.factor * self._value(s, s.name) for s in self._of_pose}
-        wrench = np.array([self._value(slider, slider.name) for slider in self._of_load])
-        of_parameters = [(s, self._value(s, _key(s))) for s in self._of_parameters]
+        values = {s.name: s.factor * self._value(s) for s in self._of_pose}
+        wrench = np.array([self._value(slider) for slider in self._of_load])
+        of_parameters = [(s, self._value(s)) for s in self._of_parameters]
         written = {
             slider.name: f"{value!r} {slider.unit}".strip()
             for slider, value in of_parameters
@@ -121,9 +121,9 @@ class LivePage:
         seen = frozenset(name for name, box in self._seen.items() if box.value)
         return self._machine.answer(values, wrench, Look(exaggeration, seen))
 
-    def _value(self, slider: Slider, key: str) -> float:
+    def _value(self, slider: Slider) -> float:
         """Where a slider is, within its ends: a page may send any number, and NaN."""
-        return min(slider.high, max(slider.low, float(self._handles[key].value)))
+        return min(slider.high, max(slider.low, float(self._handles[slider.key].value)))
 
     def _draw(self, answer: ShownAnswer) -> None:
         seen = {name: answer.layers[name] for name in answer.layers if self._seen[name].value}
@@ -179,33 +179,25 @@ class LivePage:
                 self._watch(handle)
         if of_parameters:
             with gui.add_folder("Parameters", expand_by_default=False):
-                self._add(of_parameters, _key)
-                self._add_reset("as in the file", of_parameters, key=_key)
+                self._add(of_parameters)
+                self._add_reset("as in the file", of_parameters)
         with gui.add_folder("Picture", expand_by_default=False):
             self._seen = {name: gui.add_checkbox(name, seen) for name, seen in LAYERS.items()}
             for handle in self._seen.values():
                 self._watch(handle)
 
-    def _add(
-        self, sliders: Sequence[Slider], key: Callable[[Slider], str] = lambda s: s.name
-    ) -> None:
+    def _add(self, sliders: Sequence[Slider]) -> None:
         for slider in sliders:
             handle = self._gui.add_slider(
                 slider.label, slider.low, slider.high, slider.step, slider.start
             )
-            self._handles[key(slider)] = handle
+            self._handles[slider.key] = handle
             self._watch(handle)
 
-    def _add_reset(
-        self,
-        label: str,
-        sliders: Sequence[Slider],
-        value: float | None = None,
-        key: Callable[[Slider], str] = lambda s: s.name,
-    ) -> None:
+    def _add_reset(self, label: str, sliders: Sequence[Slider], to: float | None = None) -> None:
         def reset(_: Any) -> None:
             for slider in sliders:
-                self._handles[key(slider)].value = slider.start if value is None else value
+                self._handles[slider.key].value = slider.start if to is None else to
 
         self._gui.add_button(label).on_click(reset)
 
@@ -242,11 +234,6 @@ class LivePage:
         else:
             camera.position = tuple(middle + size * np.array([0.75, -1.0, 0.55]))
         camera.look_at = tuple(middle)
-
-
-def _key(slider: Slider) -> str:
-    """A parameter may have the name of a coordinate."""
-    return f"parameter {slider.name}"
 
 
 _STYLE = """<style>

@@ -32,6 +32,12 @@ class Slider:
     start: float
     # from this unit to SI; not used for parameters, which are given with their unit
     factor: float = 1.0
+    kind: str = ""  # a parameter may have the name of a coordinate
+
+    @property
+    def key(self) -> str:
+        """Its name among all sliders of a page."""
+        return f"{self.kind} {self.name}".lstrip()
 
     @property
     def label(self) -> str:
@@ -112,10 +118,10 @@ def parameter_sliders(definitions: Mapping[str, Any]) -> tuple[Slider, ...]:
         value, unit = float(written[1]), (written[2] or "").strip()
         if value == 0:
             half = _TURN if unit == "deg" else 1.0
-            sliders.append(Slider(name, unit, -half, half, 0.0))
+            sliders.append(Slider(name, unit, -half, half, 0.0, kind="parameter"))
         else:
             low, high = sorted((0.5 * value, 2 * value))
-            sliders.append(Slider(name, unit, low, high, value))
+            sliders.append(Slider(name, unit, low, high, value, kind="parameter"))
     return tuple(sliders)
 
 

@@ -14,7 +14,7 @@ import sympy as sp
 from robostiff.analytic.budget import BUDGET, FormulaTooLargeError, OutOfTimeError, within
 from robostiff.analytic.derivation import Derivation, RobotDerivation
 from robostiff.analytic.exact.definition import count_of
-from robostiff.analytic.exact.factors import determinant, echelon, null_space, shared_factors
+from robostiff.analytic.exact.factors import echelon, null_space, shared_factors
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.questions.loci import (
     LONG,
@@ -198,7 +198,10 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
     except FormulaTooLargeError as error:
         if rank is None or (is_closed and isinstance(error, OutOfTimeError)):
             raise
-        remark = "it drops where wrenches of the legs depend on one another; too long"
+        remark = (
+            "it drops where wrenches of the legs depend on one another, a condition that is too "
+            "long to be listed"
+        )
         return RankFormula.of(K, rank, {}, remark)
 
 
@@ -210,8 +213,9 @@ def _rank(K: Any) -> tuple[int, dict[Any, int]]:
     if rank == 0:
         return 0, {}
     chosen = combinations(range(K.rows), rank)
-    each = (determinant(field, [[elements[i][j] for j in at] for i in at]) for at in chosen)
-    return rank, shared_factors(field, (field.zeros(minor) for minor in each if not minor.is_zero))
+    each = (echelon(field, [[elements[i][j] for j in at] for i in at]) for at in chosen)
+    minors = (minor for _, pivots, minor in each if len(pivots) == rank)
+    return rank, shared_factors(field, map(field.zeros, minors))
 
 
 def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:

@@ -102,6 +102,8 @@ class NamedReading:
         """A length, named where it is more than a symbol or a number."""
         value = self.record.simplified(value)
         expression = self(value)
+        # q + 3/50 for (50 q + 3)/50
+        expression = min(expression, sp.expand_mul(expression, deep=False), key=count_of)
         symbols = expression.free_symbols
         # A number times a symbol, such as sqrt(2) a, needs no name.
         is_plain = not symbols or expression.as_independent(*symbols, as_Add=False)[1].is_Symbol

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable
-from itertools import count
+from itertools import combinations, count, product
 from typing import Any
 
 import numpy as np
@@ -243,7 +243,7 @@ class StepReading:
 
     def _shorten(self, record: Record, points: ExactPoints) -> None:
         """Sums that are the cosine or sine of a sum of angles, or a product of two short steps."""
-        products = _Products.of(record, points, self._same)
+        shorter = _ShorterSteps.of(record, points, self._same)
         replaced: dict[int, Same] = {}
         for step in sorted(self._same):
             same, operation = self._same[step], record.operations[step]
@@ -251,7 +251,7 @@ class StepReading:
                 other = replaced[same.step]
                 self._same[step] = Same(other.step, other.factor * same.factor)
             elif same.step == step and operation in (Operation.ADD, Operation.SUBTRACT):
-                found = self._turned(record, step) or products.equal_to(step)
+                found = shorter.equal_to(step)
                 name = record.names.get(step)
                 if found is None or (name is not None and found[1] < 0):
                     continue
@@ -260,40 +260,6 @@ class StepReading:
                 if name is not None:
                     record.names.setdefault(found[0], name)
                 self._same[step] = replaced[step] = Same(found[0], sp.Integer(found[1]))
-
-    def _turned(self, record: Record, step: int) -> tuple[int, int] | None:
-        """A step cos a cos b - sin a sin b, or alike, as that of a sum of angles, and its sign."""
-        terms = []
-        for argument in record.arguments(step):
-            product = self._same[argument]
-            if product.step is None or record.operations[product.step] is not Operation.MULTIPLY:
-                return None
-            both = [self._same[x] for x in record.arguments(product.step)]
-            turning = [(record.operation(x.step), x.factor) for x in both if x.step is not None]
-            if len(turning) < 2 or any(x[0] not in _TURNING for x, _ in turning):
-                return None
-            sign = int(product.factor * turning[0][1] * turning[1][1])
-            terms.append((sign, {(x[0], self._same[x[1]].step) for x, _ in turning}))
-        (s1, first), (s2, second) = terms
-        if record.operations[step] is Operation.SUBTRACT:
-            s2 = -s2
-        angles = sorted({x for _, x in first})
-        if len(angles) < 2 or len(first | second) < 4 or {x for _, x in second} != set(angles):
-            return None
-        a, b = angles
-        if len({kind for kind, _ in first}) == 2:
-            if (Operation.SINE, a) not in first:
-                s1, s2 = s2, s1
-            kind, sign, is_sum = Operation.SINE, s1, s1 == s2
-        else:
-            if (Operation.COSINE, a) not in first:
-                s1, s2 = s2, s1
-            kind, sign, is_sum = Operation.COSINE, s1, s1 != s2
-        angle = (
-            Entry(record, a) + Entry(record, b) if is_sum else Entry(record, a) - Entry(record, b)
-        )
-        angle = record.simplified(angle)
-        return (angle.apply(kind).step, sign) if isinstance(angle, Entry) else None
 
     def _of_step(self, step: int) -> Any:
         same = self._same.setdefault(step, Same(step, sp.Integer(1)))
@@ -307,27 +273,39 @@ class StepReading:
 
 
 @frozen
-class _Products:
-    """Finds steps that are the product of two inputs, sines, cosines or roots."""
+class _ShorterSteps:
+    """Finds steps that are a sine of two angles, or the product of two inputs, sines or roots."""
 
     record: Record
-    points: ExactPoints  # which confirm what the samples suggest
+    points: ExactPoints  # which confirm products that the samples suggest
+    turned: list[int]  # sines and cosines of sums and differences of two angles
     steps: np.ndarray  # (n,): possible factors, by the size of their first sample
     values: np.ndarray  # (n, count): of them at the samples
 
     @classmethod
-    def of(cls, record: Record, points: ExactPoints, steps: Iterable[int]) -> _Products:
-        short = [x for x in steps if record.operations[x] in _FACTORS]
+    def of(cls, record: Record, points: ExactPoints, same: dict[int, Same]) -> _ShorterSteps:
+        short = [x for x in same if record.operations[x] in _FACTORS]
         short.sort(key=lambda x: abs(record.sample(x)[0]))
         kept = [x for x in short if np.all(record.sample(x))]
         values = np.array([record.sample(x) for x in kept]).reshape(len(kept), record.count)
-        return cls(record, points, np.array(kept, dtype=int), values)
+        turning = (x for x in same if same[x].step == x and record.operations[x] in _TURNING)
+        uses = Counter(same[argument].step for x in turning for argument in record.arguments(x))
+        # Of a sine or cosine that is a number, the other one is short, too.
+        angles = sorted(x for x, times in uses.items() if x is not None and times > 1)
+        each = [Entry(record, x) for x in angles]
+        sums = [x for a, b in combinations(each, 2) for x in (a + b, a - b)]
+        entries = [x for x in map(record.simplified, sums) if isinstance(x, Entry)]
+        turned = [x.apply(kind).step for x in entries for kind in _TURNING]
+        return cls(record, points, turned, np.array(kept, dtype=int), values)
 
     def equal_to(self, step: int) -> tuple[int, int] | None:
-        """The product that a step is, and its sign."""
+        """The shorter step that a step is, and its sign."""
         if self.points.count < 2 or not len(self.steps):
             return None
         sample = self.record.sample(step)
+        for other, sign in product(self.turned, (1, -1)):
+            if np.all(np.abs(sample - sign * self.record.sample(other)) <= _SAME):
+                return other, sign
         sizes = np.abs(self.values[:, 0])
         wanted = np.abs(sample[0]) / sizes
         places = np.minimum(np.searchsorted(sizes, wanted * (1 - _SAME)), len(sizes) - 1)
