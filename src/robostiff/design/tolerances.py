@@ -350,6 +350,9 @@ class _DrawnRobots:
         numbers.
         """
         of: dict[str, Uniform | Normal] = {}
+        if not spreads or not (isinstance(spreads, Mapping) or hasattr(spreads, "estimate")):
+            expected = 'such as {"k*": rs.Uniform(0.2)}, or what identify found'
+            raise InputError("spreads", got=spreads or Words("none"), expected=expected)
         if isinstance(spreads, Mapping):
             for pattern, spread in spreads.items():
                 if not isinstance(spread, Uniform | Normal):
@@ -362,11 +365,8 @@ class _DrawnRobots:
             values = {name: float(robot.nominal[name]) for name in of}
             deviations = [_deviation(spread, robot, name) for name, spread in of.items()]
             covariance = np.diag(np.square(deviations))
-        elif hasattr(spreads, "estimate"):
-            robot, values, covariance = spreads.estimate
         else:
-            expected = 'such as {"k*": rs.Uniform(0.2)}, or what identify found'
-            raise InputError("spreads", got=type(spreads).__name__, expected=expected)
+            robot, values, covariance = spreads.estimate
         names = tuple(sorted(values))
         order = [list(values).index(name) for name in names]
         for output in outputs:

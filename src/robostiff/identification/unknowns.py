@@ -116,8 +116,7 @@ def with_unknowns(
                 expected="one of " + ", ".join(names[:40]),
                 hint=None
                 if "/" in pattern
-                else "parameters of a model file are found by "
-                'commands, and of rs.load(file, symbols=("upper",)) in Python',
+                else 'or a parameter of the file; in Python load(file, symbols=("R",)) keeps it',
             )
     for pattern in patterns:
         taken = {name for members in groups.values() for name in members}
