@@ -128,6 +128,14 @@ def test_an_answer_is_equal_to_its_copies_and_to_the_same_answer(name: str) -> N
     assert answer != ANSWERS[name](rs.load("hexapod", {"k_joint": "100 N/um"}))
 
 
+def test_answers_of_linkages_are_equal_to_their_pickles() -> None:
+    lift = rs.load_linkage("double-pantograph")
+    at, force = {"screw": -0.1}, [0, 0, -100, 0, 0, 0]
+    answers = rs.stiffness(lift, at), rs.deflection(lift, at, force), rs.equilibrium(lift, at)
+    for answer in (*answers, rs.stiffness(lift, [[-0.1], [-0.05]])):
+        assert answer == _pickled(answer)
+
+
 @pytest.mark.parametrize("name", ["hexapod", "delta", "six-joint-arm", "cable-8", "capaman"])
 def test_a_robot_is_equal_to_one_of_the_same_values(name: str) -> None:
     robot = rs.load(name)
