@@ -47,6 +47,7 @@ def entries(data, path=()):
             yield from entries(value, (*path, step))
 
 
+@pytest.mark.filterwarnings("ignore::robostiff.PlausibilityWarning")
 @pytest.mark.parametrize("text", [ROBOT, PLANAR])
 def test_any_entry_replaced_or_missing_is_refused_in_words(text):
     data = parse_document(text).data
