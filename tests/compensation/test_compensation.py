@@ -328,7 +328,8 @@ def test_a_path_without_any_load_has_a_warning(tmp_path, columns, more, is_warne
 
 def test_a_point_is_corrected_whatever_becomes_of_the_others():
     """One whose correction does not converge ended that of all points."""
-    robot, poses = rs.load("3-rpr"), rs.random_postures(rs.load("3-rpr"), 6, 1)
+    robot = rs.load("3-rpr")
+    poses = np.asarray(rs.random_postures(robot, 6, 1))
     random = np.random.default_rng(3)
     random.uniform(size=18)
     F = random.uniform(-1, 1, (6, 3)) * [200.0, 200, 20]

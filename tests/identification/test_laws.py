@@ -6,6 +6,7 @@ Units of files are in test_measurement_files.py.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -101,11 +102,12 @@ def test_displacements_beside_a_spring_between_bodies():
     robot, marker = rs.load("examples/loaded-arm.yaml"), np.array([0.1, 0.05, 0.02])
     ends = rs.BodyPoint("base", [-0.2, 0, 0.5]), rs.BodyPoint("arm/joint2", [0, 0, 0.3])
     robot = robot.with_springs([rs.BodySpring("compensator", ends, stiffness=2e4, free_length=0.1)])
-    q = rs.random_postures(robot, 4).values
+    postures: Any = rs.random_postures(robot, 4)
+    q = postures.values
     W, at_rest = np.array([60.0, 50, -80, 10, 0, 5]), np.zeros(6)
 
     def place(row: np.ndarray, wrench: np.ndarray) -> np.ndarray:
-        pose = rs.equilibrium(robot, rs.JointCoordinates(row), wrench).pose
+        pose: Any = rs.equilibrium(robot, rs.JointCoordinates(row), wrench).pose
         return pose[:3] + Rotation.from_rotvec(pose[3:]).apply(marker)
 
     moved = [place(row, W) - place(row, at_rest) for row in q]

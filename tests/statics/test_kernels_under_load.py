@@ -352,7 +352,7 @@ def test_joints_move_with_lengths_while_the_platform_is_at_its_pose(
     robot = rs.load(machine, symbols=names)
     parts = {"platforms": True, "drives": True, "backend": rs.Backend.ARRAYS}
     fast = rs.compile_loaded(robot, parameters=names, **parts)
-    pose, force = rs.random_postures(robot.numeric, 1, 3), np.array([100.0, -60, 200])
+    pose, force = np.asarray(rs.random_postures(robot.numeric, 1, 3)), np.array([100.0, -60, 200])
     hook, F = np.outer([0.1, 0.05, 0.1], force), [*force, 6, 4, 8]
     here = fast.evaluate(pose, F, hooks=hook).platforms
     for k, name in enumerate(fast.parameters):

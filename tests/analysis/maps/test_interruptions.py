@@ -122,10 +122,8 @@ def test_an_interrupted_map_leaves_nothing_to_be_done_by_a_closed_cluster(tmp_pa
     monkeypatch.setattr("robostiff.analysis.maps.job._BLOCK_BYTES", 2**17)
     unraisable: list[Any] = []
     monkeypatch.setattr(sys, "unraisablehook", unraisable.append)
-    with (
-        LocalCluster(n_workers=1, processes=False, dashboard_address=None) as cluster,
-        suppress(Interruption),
-    ):
+    one: Any = LocalCluster(n_workers=1, processes=False, dashboard_address="localhost:0")
+    with one as cluster, suppress(Interruption):
         rs.stiffness_map(
             loaded("3-rpr"),
             POSES,
