@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
-from robostiff.errors import FileError, InputError, Words
+from robostiff.errors import FileError, InputError, Words, warn_of_slip
 from robostiff.robots import descriptions
 from robostiff.robots.shipped import RobotInfo as RobotInfo
 from robostiff.robots.shipped import describe as describe
@@ -172,12 +174,7 @@ def load(
             numeric = "a cable robot is computed with numbers, not formulas"
             descriptions.refuse_symbols(name, symbols, numeric)
             symbols = ()
-        from robostiff.io.model_file import model_from_document
-
-        def shipped_model(module: str) -> Path | None:
-            return robot_file(module) if module in shipped_robots() else None
-
-        return model_from_document(document, parameters, symbols=symbols, shipped=shipped_model)
+        return _of_model(document, parameters, symbols)
     frozen = "this is a snapshot, frozen at one pose, and not a model"
     descriptions.refuse_symbols(name, symbols, frozen)
     if parameters:
@@ -189,6 +186,21 @@ def load(
     return (
         network_from_document(document) if is_graph(document) else snapshot_from_document(document)
     )
+
+
+def _of_model(document: Any, parameters: Any, symbols: Symbols) -> Any:
+    """The robot of a model file, with a warning of parameters that nothing in the file uses."""
+    from robostiff.io.model_file import model_from_document
+
+    def shipped_model(module: str) -> Path | None:
+        return robot_file(module) if module in shipped_robots() else None
+
+    robot = model_from_document(document, parameters, symbols=symbols, shipped=shipped_model)
+    words = Counter(re.findall(r"\w+", str(document.data)))
+    for unused in (x for x in document.data.get("parameters") or () if words[x] == 1):
+        place = document.location(("parameters", unused))
+        warn_of_slip(f"{place}: nothing in the file uses {unused!r}")
+    return robot
 
 
 def _of_description(
