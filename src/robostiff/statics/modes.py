@@ -336,7 +336,7 @@ def modes(
     for k in range(0, len(rest), _TOGETHER):
         rows, found = rest[k : k + _TOGETHER], list[Vibrations]()
         together = None if np.any(given[rows]) else postures.as_robots(rows, acting, carried)
-        if together is not None and together[0].closures is None:
+        if together is not None and not (together[0].closures or together[0].at_rest.lacks_digits):
             found = vibrations(*together, together[0].at_rest, together[0].unloaded)
         for i, own in itertools.zip_longest(rows, found):
             alone[i] = found_at(i, own)

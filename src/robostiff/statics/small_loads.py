@@ -164,13 +164,12 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     def none(status: Status) -> LoadedElements:
         return LoadedElements(stiffness.status | status)
 
-    if Status.UNREACHABLE in stiffness.status or not loads_known(stiffness):
+    is_lost = Status.UNREACHABLE not in stiffness.status and problem.at_rest.lacks_digits
+    if is_lost or Status.UNREACHABLE in stiffness.status or not loads_known(stiffness):
         return none(Status.ILL_CONDITIONED if stiffness.status.has_stiffness else Status.OK)
     placed: Any = stiffness.placed()
     nothing, at_rest = np.zeros(problem.size), problem.unloaded
     known = problem.linearised(at_rest, LoadCase(nothing, F), 0.0, 2)
-    if not known.regular and Status.REDUNDANT_JOINTS not in stiffness.status:
-        return none(Status.ILL_CONDITIONED)  # too few digits for joints that are almost redundant
     if _drives_legs(problem, known):
         return none(Status.UNBALANCED)
     to_origin = (stiffness.origin - stiffness.reference_point)[: stiffness.space.translations]

@@ -10,7 +10,13 @@ import numpy as np
 from robostiff.frozen import field, frozen, replace
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import NOBODY, Share, Spot
-from robostiff.statics.chains.equilibrated import Closure, HeldPlatform, solved, unit_free
+from robostiff.statics.chains.equilibrated import (
+    Closure,
+    HeldPlatform,
+    lack_digits,
+    solved,
+    unit_free,
+)
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
 from robostiff.statics.chains.moving_chain import sum_of_crossed
 from robostiff.statics.chains.numbers import ComponentBlock
@@ -112,6 +118,15 @@ class Linearised:
     def rigid(self) -> bool:
         """Whether some leg cannot follow the platform."""
         return self.held_platform is not None
+
+    @cached_property
+    def lacks_digits(self) -> bool:
+        """Whether some leg is singular by rounding: what Newton's method finds is no answer."""
+        units = self.problem.units
+        return not self.regular and any(
+            np.any(lack_digits(A, units[b.at[0, b.free :]], units[b.coordinates]))
+            for b, A in zip(self.problem.blocks, self.equations.A, strict=True)
+        )
 
 
 @frozen
@@ -225,12 +240,12 @@ class EquilibriumProblem:
         for g, (block, A) in enumerate(zip(self.blocks, eq.A, strict=True)):
             if closures is not None and np.any(closures[g].deficits):
                 given = A, wanted[block.at], refinements
-                solution[block.at], regulars, lacking[g] = closures[g].solve(*given)
+                solution[block.at], lost, lacking[g] = closures[g].solve(*given)
             else:
                 rows = self.units[block.at[0, block.free :]]
                 first = unit_free(A, self.units[block.coordinates], rows)
-                solution[block.at], regulars = solved(A, wanted[block.at], first, refinements)
-            regular = regular and bool(np.all(regulars))
+                solution[block.at], lost = solved(A, wanted[block.at], first, refinements)
+            regular = regular and not np.any(lost)
         # what only the base holds has no end on the platform
         ends = self.legs.numbers.on_platform
         twist = np.eye(self.size, self.size + 2, 1)
