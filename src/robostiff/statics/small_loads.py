@@ -183,11 +183,9 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     legs, forces, stored = problem.legs, None, ()
     if legs.springs:  # tension among them, as the bodies move
         pulls = legs.pulls(at_rest.legs, 0.0)
-        moved = pulls.J @ step[: legs.numbers.total]
-        forces = np.einsum("sij,sj->si", pulls.D, moved)
-        each = zip(legs.springs, 0.5 * np.sum(moved * forces, axis=-1), strict=True)
-        stored = [("springs", spring.name, float(energy)) for spring, energy in each]
-        forces = forces + pulls.rate
+        motion = step[: legs.numbers.total]
+        forces = np.einsum("sij,sjt,t->si", pulls.D, pulls.J, motion) + pulls.rate
+        stored = legs.spring_energies(pulls, motion)
     loaded = CarriedLoads(problem, problem.moved(at_rest, nothing, step), small=True, forces=forces)
     if not loaded.are_balanced(F):
         return none(Status.ILL_CONDITIONED)

@@ -171,12 +171,16 @@ def _platform_motions(known: Linearised) -> np.ndarray:
     """
     problem, held = known.problem, known.held_platform
     free = np.eye(problem.size) if held is None else held.free
-    motions, whole = free / problem.scale[:, None], [_FARTHER * free]
+    motions, squares = free / problem.scale[:, None], np.zeros((free.shape[1],) * 2)
     for g, block in enumerate(problem.blocks):
         elastic = np.diagonal(elastic_curvature(problem.legs, g), axis1=1, axis2=2) > 0
         at = block.coordinates[elastic]
-        whole.append(problem.length * problem.units[at, None] * (known.by_twist[at] @ motions))
-    return motions @ np.linalg.inv(np.linalg.qr(np.concatenate(whole) / _FARTHER, "r"))
+        given = problem.length * problem.units[at, None] * (known.by_twist[at] @ motions)
+        squares += given.T @ given
+    values, V = np.linalg.eigh(squares)
+    if values.max(initial=0.0) <= _FARTHER**2:
+        return motions
+    return motions @ (V / np.maximum(np.sqrt(np.abs(values)) / _FARTHER, 1.0))
 
 
 def _curvature(known: Linearised, motions: np.ndarray) -> np.ndarray:
