@@ -141,16 +141,6 @@ def test_legs_with_one_chain_are_one_leg_by_its_springs(name):
         assert matrix_distance(in_numbers(form, values), K, placed.length) < 1e-9
 
 
-def test_a_base_turned_by_a_symbol_is_an_angle_in_the_table():
-    """Its rotation has no numbers: three steps a leg were printed instead, on 290 lines."""
-    symbols = ("turned", "cylinder", "h")
-    derivation = rs.derive("3-upu", symbols=symbols, pose=rs.AtJoints())
-    lines = derivation_text(derivation, width=88).splitlines()
-    assert "R_i_1 = R_z(phi_i + turned)" in lines
-    assert "p_i_1 = a_i + R_i_3 (0, 0, cylinder + s_i_3)" in lines
-    assert len(lines) < 125
-
-
 def test_a_passive_joint_that_depends_on_others_takes_nothing(tmp_path):
     """Two joints about one axis turn as one: the second is no column of J_i."""
     text = robot_file("agile-eye").read_text(encoding="utf-8")
@@ -162,20 +152,3 @@ def test_a_passive_joint_that_depends_on_others_takes_nothing(tmp_path):
     form = rs.derive(robot, pose=rs.AtJoints()).vectors
     assert form is not None
     assert form.passive == ("j_i_1", "j_i_3")
-
-
-def test_legs_of_two_kinds_are_a_generic_leg_each():
-    """They were steps of four legs, on 250 lines."""
-    derivation = rs.derive("t3r1", pose=rs.AtJoints())
-    form = derivation.vectors
-    assert form is not None
-    assert [own.legs for own in (form, *form.others)] == [
-        ("leg x", "leg y", "leg turn"),
-        ("leg z",),
-    ]
-    lines = derivation_text(derivation, width=88).splitlines()
-    assert lines.count("K_C = sum over i of K_i") == 1
-    assert "R_i = R_i_5 R_z(nu_i) R_x(alpha_i)" in lines
-    # Coordinates of a leg that are symbols with its number are not listed.
-    assert "leg y     (-d, 0, -e)    pi/2     pi       pi/2    0     -e    -theta_1_5" in lines
-    assert len(lines) < 170

@@ -1,6 +1,5 @@
 """K^0 to K^n of a leg of a robot, against the paper's Section VI and the numerical form."""
 
-import copy
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,6 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic import AtSymbols, Steps, derive_leg
 from robostiff.analytic.exact.exact_points import matrix_value
-from robostiff.analytic.export import derivation_text
 from robostiff.analytic.export.entries import EntryNames
 from robostiff.analytic.legs import check_leg
 from robostiff.analytic.placement.robot_placement import place_robot
@@ -91,20 +89,6 @@ def test_a_wrong_stage_is_found():
     for wrong in (leg.K * sp.Rational(1001, 1000), leg.K + leg.K0 / 1000):
         with pytest.raises(DisagreementError, match="leg1"):
             check_leg(replace(leg, K=wrong), placed)
-
-
-def test_the_text_has_all_stages_and_their_rules():
-    leg = rs.derive("gough-stewart-b-beams", symbols=("h",), leg="leg1")
-    text = derivation_text(leg)
-    for line in (
-        "K_0 = C^-1",
-        "K_2_jk = K_1_jk - K_1_j5*K_1_k5/K_1_55",
-        "K_5 = K_4 - u_5 u_5^T / mu_5",
-        "K_leg1 = T K_5 T^T",
-    ):
-        assert line in text
-    assert "Row and column 4 hold no other entry" in text
-    assert copy.deepcopy(leg) == leg
 
 
 def test_a_leg_with_beams_at_a_general_pose_is_read_in_steps():

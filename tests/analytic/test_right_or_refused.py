@@ -25,7 +25,7 @@ from robostiff.analytic.export import derivation_text, python_function
 from robostiff.analytic.placement.agreement import numbers_of
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.errors import DisagreementError, InputError
-from tests.analytic.export.test_programs_of_robots import POSED
+from tests.analytic.export.test_functions import POSED
 from tests.analytic.formulas import DATA, cubic_platform, derived, in_numbers
 from tests.files import FILES, text_of
 

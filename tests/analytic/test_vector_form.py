@@ -1,4 +1,4 @@
-"""Robots at vector level: one generic leg, the table of what differs, and the sum."""
+"""Formulas in vectors: of rods, of links and of planar chains."""
 
 import copy
 import re
@@ -29,6 +29,7 @@ from robostiff.errors import DisagreementError
 from robostiff.kinematics import posture_finder
 from robostiff.robots import robot_file
 from tests.analytic.formulas import in_numbers
+from tests.files import FILES
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -229,3 +230,170 @@ def test_a_machine_of_a_hundredth_of_the_size_has_the_same_vectors(name, tmp_pat
     assert one is not None
     assert other is not None
     assert other.leg == one.leg
+
+
+# Robots, and a line of their vectors; all lines are among those of all shipped robots.
+WRITTEN = {
+    "3-rpr-beams": "c_i_2 = L_i**3/(24*EI_y_2) - c_i_4*o_i**2 + 7*L_i**3/(24*EI_y_1)",
+    "tripteron": "c_i_3 = 2*l*x_i**2/GJ_1 + 2*l*(1 - x_i**2)/EI_1",
+    "orthoglide": "leg-y  (0, -l - r, 0)  (0, -r, 0)  (0, 1, 0)  (1, 0, 0)",
+    "agile-eye": "K_i = W_i (W_i^T C_i W_i)^-1 W_i^T",
+}
+
+
+@pytest.fixture(scope="module")
+def derived():
+    """Robots at a general pose, their parameters symbols."""
+    found = {}
+
+    def derive(name):
+        if name not in found:
+            robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+            found[name] = robot, rs.derive(robot, pose=AtSymbols())
+        return found[name]
+
+    return derive
+
+
+def check_away_from_home(robot, derivation, seed):
+    """Compare the vectors with numbers at parameters and poses that no check of theirs has met."""
+    form, random = derivation.vectors, np.random.default_rng(seed)
+    assert form is not None
+    compared = 0
+    for _ in range(8):
+        values = {k: v * random.uniform(0.98, 1.02) for k, v in robot.nominal.items()}
+        numeric = robot.substituted(values)
+        finder = posture_finder(numeric)
+        places = numeric.coordinate_places
+        size = np.where(np.array(places) < 3, finder.length, 1.0)
+        away = 0.2 * size * random.uniform(-1, 1, len(places))
+        posture = finder.find(finder.home_pose[places] + away)
+        if not posture.reached[0]:
+            continue
+        x, y, z, *turn = posture.pose[0]
+        alpha, beta, gamma = Rotation.from_rotvec(turn).as_euler("xyz")
+        known = {"x": x, "y": y, "z": z, "alpha": alpha, "beta": beta, "gamma": gamma}
+        pose = RigidTransform.from_components((x, y, z), Rotation.from_rotvec(turn))
+        result = rs.stiffness(numeric, pose)
+        at = values | {name: known[name] for name in derivation.coordinates}
+        assert matrix_distance(in_numbers(form, at), result.K, finder.length) < 1e-9
+        compared += 1
+    assert compared >= 3
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_they_have_the_stiffness_of_the_robot_away_from_home(derived, name):
+    check_away_from_home(*derived(name), seed=7)
+
+
+OUTER = "outer link, to: [0, l, 0], material: "
+TUBE = "section: {tube: {outer_diameter: 16 mm, inner_diameter: 12 mm}}"
+FLAT = "section: {rectangle: {width_y: 10 mm, height_z: 20 mm}}"
+HALVES = "        - {share: 0.5, material: steel, section: near}\n"
+HALVES += "        - {share: 0.5, material: steel, section: far}\n"
+JOINT = "    - {type: revolute, name: platform joint"
+TWIST = "    - {type: spring, name: twist, compliance: [0, 0, 0, 500/kt, 0, 0]}\n"
+#: Files with something else in them, lines of their vectors, and a seed.
+CHANGED: dict[str, tuple[str, dict[str, str], tuple[str, ...], int]] = {
+    "links of two materials have a matrix of compliances": (
+        "tripteron",
+        {f"{OUTER}aluminium": f"{OUTER}steel"},
+        (
+            "c_i_11 = 1/k + l**3/(3*EI_2) + l**3/(3*EI_1)",
+            "c_i_12 = -h_i*l**2/(2*EI_1)",
+            "c_i_22 = l/GJ_2 + f_i**2*l/GJ_1 + h_i**2*l/EI_1",
+            "w_i_1 = [e_i; (b_i - l u_i) x e_i]",
+            "C_i = [c_i_11, c_i_12, c_i_13; c_i_12, c_i_22, c_i_23; c_i_13, c_i_23, c_i_33]",
+        ),
+        11,
+    ),
+    # There a force and a couple share no energy, as in textbooks: L^3/(12 EI) and L/(EI).
+    "a strut of one beam holds across at its middle": (
+        "3-rpr-beams",
+        {HALVES: "        - {share: 1, material: steel, section: near}\n"},
+        (
+            "w_i_2 = [e_i; (R b_i - L_i/2 u_i) x e_i]",
+            "c_i_2 = L_i**3/(12*EI_y_1)",
+            "c_i_4 = L_i/EI_y_1",
+        ),
+        3,
+    ),
+    # Only one of the springs is the column k_i; the other is in the column of its compliance.
+    "springs of two wrenches differ between the legs": (
+        "3-rpr-beams",
+        {f"k: {k} N/m}}": f"k: {k} N/m, kt: {k} N m/rad}}" for k in ("1e6", "1.5e6", "8e5")}
+        | {JOINT: TWIST + JOINT},
+        (),
+        4,
+    ),
+    "cranks in space hold out of their plane as well": (
+        "3-rrr",
+        {"planar: true\n": ""},
+        ("w_i_2 = [e_i; (Q b_i - l2 u_i) x e_i]", "c_i_22 = l1**3/(3*EI_y_1) + l2**3/(3*EI_y_1)"),
+        5,
+    ),
+    **{
+        f"sheared bars bend about the axis across their pins, {axis}": (
+            "orthoglide",
+            {TUBE: f"y_axis: {axis}\n          {FLAT}"},
+            (f"1/(6*{EI}*w**2/l**3",),
+            2,
+        )
+        for axis, EI in (("y", "EI_z_1"), ("z", "EI_y_1"))
+    },
+}
+
+
+@pytest.mark.parametrize("case", CHANGED)
+def test_vectors_of_robots_with_other_parts(case, tmp_path: Path):
+    name, changes, lines, seed = CHANGED[case]
+    text = robot_file(name).read_text(encoding="utf-8")
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / "robot.yaml"
+    path.write_text(text, encoding="utf-8")
+    robot = rs.load(path, symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, pose=AtSymbols())
+    written, form = derivation_text(derivation), derivation.vectors
+    assert form is not None
+    assert [line for line in lines if line not in written] == []
+    if "springs of two" in case:
+        assert set(form.columns) == {"a_ix", "a_iy", "b_ix", "b_iy", "k_i", "c_i_3"}
+        assert all(x.is_number or x.is_Symbol for x in form.columns["k_i"])
+        assert len(set(form.columns["k_i"])) == 3
+    if "in space" in case:
+        assert form.coupled[0] == ("c_i_11", "", "", "")
+    check_away_from_home(robot, derivation, seed)
+
+
+@pytest.mark.parametrize("name", ["tripteron", "agile-eye"])
+def test_at_home_their_entries_are_shorter(name):
+    assert rs.derive(name, symbols=rs.ALL_PARAMETERS).vectors is None
+
+
+def test_a_planar_chain_is_a_sum_of_springs_at_any_joint_coordinates():
+    robot = rs.load(FILES / "planar-chain.yaml", symbols=rs.ALL_PARAMETERS)
+    derivation = rs.derive(robot, pose=AtSymbols())
+    assert derivation.named is not None
+    (leg,) = derivation.named.legs
+    (c,), (w,) = leg.compliances, leg.wrenches
+    q1, q2 = sp.symbols("q1 q2", real=True)
+    k, l_1, l_2, EA, EI = sp.symbols("k l_1 l_2 EA_1 EI_z_1", positive=True)
+    named = {d.symbol: d.expression for d in derivation.named.definitions}
+    assert w == sp.Matrix([sp.cos(q1 + q2), sp.sin(q1 + q2), 0])
+    met = named[c]
+    across = sp.sin(q2) ** 2 * (l_1**2 / k + l_1**3 / (3 * EI))
+    assert sp.expand(met - across - l_1 * sp.cos(q2) ** 2 / EA - l_2 / EA) == 0
+    at = rs.JointCoordinates([0.3, 0.9, 0.2])
+    values = {"q1": 0.3, "q2": 0.9, **{k: float(v) for k, v in robot.nominal.items()}}
+    wanted = rs.stiffness(robot.numeric, at).K
+    found = np.array(derivation.K.subs({s: values[s.name] for s in derivation.symbols}), float)
+    assert np.allclose(found, wanted, rtol=1e-9, atol=1e-3)
+
+
+def test_the_link_of_the_paper_is_the_same_at_all_joint_coordinates():
+    robot = rs.load("planar-link", symbols=rs.ALL_PARAMETERS)
+    at_home, anywhere = rs.derive(robot), rs.derive(robot, pose=AtSymbols())
+    assert at_home.named is not None
+    assert anywhere.named == at_home.named

@@ -1,4 +1,4 @@
-"""Stiffness of whole cable robots: laws, and ties to what is known otherwise."""
+"""Cable robots: tensions, stiffness, and their response to a load."""
 
 from dataclasses import replace
 from typing import Any
@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.cables import structure_matrix, wrench_derivative
+from robostiff.cables import structure_matrix, weight_wrench, wrench_derivative
 from robostiff.spatial import Space, skew
-from tests.cables.machines import cable_robot, random_robot
+from tests.cables.machines import answered, cable_robot, random_robot, slack_event
 from tests.campaign.bodies import minimum
 from tests.campaign.loaded_cables import suspended
 
@@ -195,3 +195,179 @@ def test_winch_is_in_series():
     assert result.axial[0] == pytest.approx(1 / (5 / 1e4 + 1 / 500))
     soft = replace(rope, EA=None)
     assert rs.stiffness(replace(robot, cables=(soft,))).axial[0] == pytest.approx(500)
+
+
+def test_nearest_tensions_of_fewer_cables_than_freedoms():
+    robot = cable_robot("cable-3-suspended")
+    answer = rs.cable_tensions(robot)
+    np.testing.assert_allclose(answer.tensions, 100 * np.sqrt(0.8**2 + 2**2) / 2, rtol=1e-12)
+    assert rs.cable_tensions(robot, wrench=[1, 0, 0, 0, 0, 0]).status == STATUS.INFEASIBLE
+
+
+def test_closed_form_is_the_nearest_where_no_limit_is_met():
+    robot = cable_robot("cable-8")
+    closed = rs.cable_tensions(robot, tensions=rs.ClosedFormTensions(0.5))
+    nearest = rs.cable_tensions(robot, tensions=rs.NearestTensions(0.5))
+    np.testing.assert_allclose(closed.tensions, nearest.tensions, rtol=1e-9)
+
+
+def test_closed_form_answers_within_limits_or_says_so():
+    robot = cable_robot("cable-8")
+    rng = np.random.default_rng(1)
+    poses = [0, 0, 1, 0, 0, 0] + rng.uniform(-1, 1, (400, 6)) * [1.8, 1.3, 0.9, 0.1, 0.1, 0.1]
+    closed = rs.cable_tensions(robot, poses, tensions=rs.ClosedFormTensions())
+    nearest = rs.cable_tensions(robot, poses, tensions=rs.NearestTensions(0.5))
+    failed = (closed.status_codes & STATUS.FORM_DOES_NOT_HOLD) > 0
+    assert (closed.feasible | failed).tolist() == nearest.feasible.tolist()
+    assert closed.feasible.sum() > 50
+    t = closed.values[closed.feasible]
+    assert (t > 50 - 1e-6).all()
+    assert (t < 720 + 1e-6).all()
+    result = rs.cable_stiffness(robot, poses[closed.feasible], tensions=rs.ClosedFormTensions())
+    assert np.abs(result.missing_wrench).max() < 1e-6
+
+
+@pytest.mark.parametrize("level", [0.0, 0.3, 1.0])
+def test_tensions_balance_weight_and_wrench(level):
+    robot, wrench = cable_robot("cable-8"), [30.0, -20, 50, 1, 0.5, -0.3]
+    result = rs.cable_stiffness(robot, wrench=wrench, tensions=rs.NearestTensions(level))
+    np.testing.assert_allclose(result.missing_wrench, 0, atol=1e-9)
+
+
+def test_given_tensions_that_do_not_balance_are_said_to():
+    robot = cable_robot("cable-4-planar")
+    result = rs.cable_stiffness(robot, tensions=rs.GivenTensions([100, 100, 100, 100.0]))
+    assert result.status == STATUS.UNBALANCED
+    np.testing.assert_allclose(result.missing_wrench, [0, 20, 0], atol=1e-9)
+    balanced = rs.GivenTensions(rs.cable_tensions(robot).tensions)
+    assert rs.cable_stiffness(robot, tensions=balanced).status == STATUS.OK
+    beyond = rs.cable_stiffness(robot, tensions=rs.GivenTensions([1000, 100, 100, 100.0]))
+    assert STATUS.BEYOND_LIMITS in beyond.status
+
+
+def test_tensions_of_the_file_are_used():
+    robot = random_robot(3)
+    t = rs.cable_tensions(robot, wrench=np.zeros(6), tensions=rs.NearestTensions())
+    assert t.rule == "nearest"
+    given = replace(robot, cables=tuple(replace(c, tension=77.0) for c in robot.cables))
+    assert rs.cable_tensions(given).values.tolist() == [77.0] * 8
+
+
+def test_pose_without_tensions_is_a_status_and_its_numbers_an_exception():
+    robot = cable_robot("cable-8")
+    poses = [[0, 0, 1, 0, 0, 0], [0, 0, 3.0, 0, 0, 0], [1.94, 1.44, 2, 0, 0, 0]]
+    result = rs.stiffness(robot, poses)
+    assert [str(rs.Status(int(c))) for c in result.status_codes] == [
+        "ok",
+        "infeasible",
+        "unreachable",
+    ]
+    assert result.answered.tolist() == [True, False, False]
+    assert result.rank.tolist() == [6, -1, -1]
+    assert np.isfinite(result[result.answered].K).all()
+
+
+@pytest.mark.parametrize("seed", [5, 52, 76])
+def test_closed_form_takes_no_rounding_at_a_limit_for_a_violation(seed):
+    """Without a load tensions of zero lie at their limits, in a batch as at each pose."""
+    robot = random_robot(seed, 9, weight=False)
+    loose = tuple(replace(own, least_tension=0.0) for own in robot.cables)
+    robot = replace(robot, cables=loose)
+    poses = np.random.default_rng(seed).uniform(-0.5, 0.5, (40, 6))
+    rule = rs.ClosedFormTensions(0.5)
+    whole = rs.cable_tensions(robot, poses, tensions=rule)
+    for pose, code in zip(poses, whole.status_codes, strict=True):
+        assert int(rs.cable_tensions(robot, pose, tensions=rule).status) == code
+
+
+@pytest.mark.parametrize(
+    ("name", "load"),
+    [
+        ("cable-8", [0, 0, -200, 0, 0, 0]),
+        ("cable-8", [100, -50, 30, 1, 2, -1]),
+        ("cable-8-suspended", [0, 300, -1000, 50, 0, 80]),
+        ("cable-4-planar", [30, -100, 2]),
+        ("cable-3-suspended", [50, 20, 0, 0, 0, 0]),
+    ],
+)
+def test_forces_balance_under_the_load(name, load):
+    response = rs.cable_response(cable_robot(name), wrench=load)
+    after = answered(response)
+    pulled = structure_matrix(after.placed) @ response.tensions + weight_wrench(after.placed)
+    np.testing.assert_allclose(pulled + np.array(load), 0, atol=1e-7)
+    assert (response.tensions >= 0).all()
+    zero = {name for name, t in zip(after.cable_names, response.tensions, strict=True) if t == 0}
+    assert zero == set(response.slack)
+    assert (STATUS.SLACK in response.status) == bool(response.slack)
+    k, stretched = response.before.axial, after.placed.lengths - response.before.placed.lengths
+    law = np.maximum(0, response.before.tensions + k * stretched)
+    np.testing.assert_allclose(response.tensions, law, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("name", "load"),
+    [
+        ("cable-8", [0, 0, -200, 0, 0, 0]),
+        ("cable-4-planar", [0, -100, 0]),
+        ("cable-3-suspended", [50, 0, 0, 0, 0, 0]),
+    ],
+)
+def test_first_slack_is_where_a_cable_loses_its_tension(name, load):
+    robot, load = cable_robot(name), np.array(load, dtype=float)
+    event = slack_event(rs.cable_response(robot, wrench=load))
+    below = rs.cable_response(robot, wrench=(event.factor - 1e-3) * load)
+    above = rs.cable_response(robot, wrench=(event.factor + 1e-3) * load)
+    assert below.slack == ()
+    assert event.cable in above.slack
+    i = answered(above).cable_names.index(event.cable)
+    assert 0 < below.tensions[i] < 1e-2 * below.tensions.max()
+
+
+def test_slack_cable_is_as_good_as_cut():
+    robot = cable_robot("cable-8")
+    load = [0, 0, -300.0, 0, 0, 0]
+    whole = rs.cable_response(robot, wrench=load)
+    assert whole.slack == ("cable5", "cable6", "cable7", "cable8")
+    taut = answered(whole).axial > 0
+    W = structure_matrix(answered(whole).placed)[:, taut]
+    elastic = W @ np.diag(answered(whole).axial[taut]) @ W.T
+    np.testing.assert_allclose(answered(whole).elastic, elastic, atol=1e-9)
+    # Four cables, two freedoms of the pendulum left to their tension.
+    assert answered(whole).held_rank == 4
+    assert answered(whole).rank == 6
+
+
+def test_free_and_unstable_platforms_do_not_answer():
+    rope = rs.Cable("rope", [0, 0, 1], [0, 0, 0], EA=1e5)
+    for weight in (rs.Weight([0, 0, -100]), rs.Weight([0, 0, -100], [0, 0, 0.2])):
+        robot = rs.CableRobot("plumb", (rope,), rs.Frame.identity(), weight)
+        response = rs.cable_response(robot, wrench=[1, 0, 0, 0, 0, 0])
+        assert STATUS.NO_EQUILIBRIUM in response.status
+        assert response.carried == 0
+
+
+def test_infeasible_pose_has_no_response():
+    response = rs.cable_response(
+        cable_robot("cable-8"), [0, 0, 3, 0, 0, 0], wrench=[1, 0, 0, 0, 0, 0]
+    )
+    assert response.status == STATUS.INFEASIBLE
+    assert not response.has_answer
+
+
+def test_imbalance_before_the_load_is_held_by_others():
+    robot = random_robot(2)
+    rule = rs.GivenTensions(np.full(8, 300.0))
+    response = rs.cable_response(robot, wrench=[0, 0, 0, 0, 0, 0], tensions=rule)
+    assert response.displacement is not None
+    np.testing.assert_allclose(response.displacement, 0, atol=1e-12)
+    assert STATUS.UNBALANCED in response.status
+
+
+def test_tensions_beyond_their_limits_are_named():
+    response = rs.cable_response(cable_robot("cable-8"), wrench=[20, 10, -50, 0, 0, 0])
+    low = [i for i, t in enumerate(response.tensions) if t < 50]
+    assert STATUS.BEYOND_LIMITS in response.status
+    assert len(low) == 4
+    for i, advice in zip(low, response.advice, strict=False):
+        assert advice.startswith(f"the tension of 'cable{i + 1}' is {response.tensions[i]:.5g} N")
+        assert "outside its limits 50 to 720 N" in advice

@@ -26,13 +26,6 @@ def in_a_folder(tmp_path, monkeypatch):
 run = Running("derive")
 
 
-def test_text_on_standard_output():
-    outcome = run("gough-stewart-a")
-    assert outcome.exit_code == 0, outcome.stderr
-    assert "in the home configuration, in closed form" in " ".join(outcome.stdout.split())
-    assert "K_C = 3*k/L_a**2 *" in outcome.stdout
-
-
 def test_format_follows_the_name_of_the_file():
     for name, start in {
         "a.tex": "% needs",
@@ -146,12 +139,6 @@ def test_json_is_a_short_word_for_the_format():
     command = ("3-rpr", "--symbols", "none", "--steps")
     assert run(*command, "--json").stdout == run(*command, "--format", "json").stdout
     assert json.loads(run(*command, "--json").stdout)["schema"] == "robostiff derive 2"
-
-
-def test_angles_of_a_pose_are_named():
-    outcome = run("3-rpr", "--pose", "symbolic", "--angles", "rpy")
-    assert outcome.exit_code == 0, outcome.stderr
-    assert "\nyaw: rotation of the platform, Rz(yaw)\n" in outcome.stdout
 
 
 def test_a_snippet_is_the_formula_alone():

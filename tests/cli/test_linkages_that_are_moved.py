@@ -1,4 +1,4 @@
-"""Pictures, maps and reports of a linkage at joint coordinates, and of the posture of --near."""
+"""Linkages at joint coordinates, and the posture of --near: numbers, pictures, maps and reports."""
 
 import numpy as np
 import pytest
@@ -12,8 +12,10 @@ from robostiff.plot.picture import Path, Scene
 from robostiff.report import report_contents
 from robostiff_view import machine_of
 from tests.cli.running import Running
+from tests.project.shown_output import ROOT
 
-PANTOGRAPH, LOW = "double-pantograph", ("--joints", "screw=-50 mm")
+PANTOGRAPH = "double-pantograph"
+LOW = ("--joints", "screw=-50 mm")
 DATA = rs.plot.PictureData()
 LOAD = ("--wrench", "0 0 -100 N 0 0 0")
 run = Running()
@@ -104,3 +106,31 @@ def test_near_of_a_map(tmp_path):
         assert np.allclose(stored.K, expected.K, rtol=1e-9)
     home = rs.stiffness_map(robot, grid, [rs.Quantity.STIFFNESS])
     assert np.abs(expected.K - home.K).max() > 1e-3 * np.abs(home.K).max()
+
+
+FOUR_BAR = str(ROOT / "examples/four-bar.xml")
+
+
+@pytest.mark.parametrize("joints", ["screw=-50 mm", "-50 mm"])
+def test_stiffness_and_deflection_at_values_of_joints(joints):
+    linkage = rs.load_linkage(PANTOGRAPH, {"k": 1e5})
+    network = rs.network_at(linkage, {"screw": -0.05})
+    K = rs.stiffness(network).K
+    options = (PANTOGRAPH, "--set", "k=1e5", "--joints", joints)
+    found = run.answer("stiffness", *options)
+    np.testing.assert_allclose(found["stiffness"], K, rtol=1e-9, atol=1e-9 * K.max())
+    assert found["joint_coordinates"]["screw"] == [-0.05]
+    found = run.answer("deflection", *options, "--wrench", "0 0 -100 0 0 0")
+    bent = rs.deflection(network, None, [0, 0, -100, 0, 0, 0])
+    np.testing.assert_allclose(found["deflection"], bent.twist, rtol=1e-9, atol=1e-15)
+
+
+def test_a_map_over_a_joint_also_of_legs(tmp_path):
+    path = tmp_path / "map.nc"
+    outcome = run("map", FOUR_BAR, "--joint", "crank -10 deg 10 deg 3", "-o", str(path))
+    assert outcome.exit_code == 0, outcome.stderr
+    with read_map(path) as stored:
+        assert stored.crank.attrs["units"] == "rad"
+        assert stored.translational_stiffness.attrs["units"] == "N/m"
+        assert (stored.status == 0).all()
+        assert np.allclose(stored.crank, np.radians([-10, 0, 10]))

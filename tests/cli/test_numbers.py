@@ -13,7 +13,7 @@ import pytest
 import robostiff as rs
 from robostiff.robots import robot_file
 from tests.cli.running import Running
-from tests.io.test_springs_and_laws import ARM
+from tests.io.test_springs_laws_and_masses import ARM
 from tests.project.shown_output import ROOT
 
 answer = Running().answer

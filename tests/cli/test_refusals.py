@@ -5,6 +5,7 @@ Options are read in one place: all that can be wrong with one stands by one comm
 the others.
 """
 
+import re
 import shlex
 import shutil
 from contextlib import chdir
@@ -23,12 +24,29 @@ FILES = (
     "tests/cases/data/a01_cantilever_x.json",
 )
 
+#: Files that are none of what their names say, and folders that have such names.
+ANY, PICTURE = bytes(range(256)) * 4, b"\x89PNG\r\n\x1a\n" + bytes(100)
+CONTENTS = {
+    **{"empty.yaml": b"", "empty.urdf": b"", "empty.xml": b"", "blank.json": b" \n\n"},
+    **{"binary.yaml": ANY, "binary.urdf": ANY, "binary.json": PICTURE, "text.txt": b"hello\n"},
+    **{"latin.yaml": "robostiff: 1\nname: Größe\n".encode("latin-1"), "list.yaml": b"- 1\n- 2\n"},
+    **{"empty.csv": b"", "binary.csv": ANY, "mark.csv": b"\xff\xfe", "letters.csv": b"x\n" * 3},
+    **{"short.csv": b"x,y\n1\n", "empty.nc": b"", "binary.nc": ANY, "empty.zarr": b""},
+    **{"latin.csv": "x [µm], Fz [N]\n10, -100\n".encode("latin-1")},
+    **{"torn.nc": b"\x89HDF\r\n\x1a\n" + bytes(500), "binary.zarr": ANY},
+}
+FOLDERS = ("folder.yaml", "folder.html", "folder.nc", "folder.zarr")
+
 
 def say(command: str, call: str) -> str:
     """The message with which a command refuses."""
     with TemporaryDirectory() as folder, chdir(folder):
         for file in FILES:
             shutil.copy(ROOT / file, folder)
+        for name, content in CONTENTS.items():
+            Path(name).write_bytes(content)
+        for name in FOLDERS:
+            Path(name).mkdir()
         before = sorted(Path().iterdir())
         outcome = Running(command)(*shlex.split(call))
         assert isinstance(outcome.exception, SystemExit), repr(outcome.exception)
@@ -36,7 +54,9 @@ def say(command: str, call: str) -> str:
         assert outcome.stdout == ""
         assert sorted(Path().iterdir()) == before
     assert "\x1b" not in outcome.stderr
-    return indented(outcome.stderr.removesuffix("\n"))
+    # What HDF5 says is another text in each version of it.
+    message = re.sub(r"(?<=HDF5 cannot read )\(.*\)", "(...)", outcome.stderr)
+    return indented(message.removesuffix("\n"))
 
 
 @pytest.mark.parametrize("command", on_file(PAGE))

@@ -126,12 +126,6 @@ def test_help_of_every_command(command):
     assert "Examples -----" not in short.output
 
 
-def test_a_pose_without_quotes():
-    outcome = run("stiffness", "hexapod", "--pose", "0", "0", "0.9", "0", "0", "0")
-    assert outcome.exit_code == 2
-    assert "write what belongs together in quotes" in outcome.stderr
-
-
 def test_examples_stay_in_one_line():
     lines = run("map", "--help").output.splitlines()
     place = lines.index("  Examples:")

@@ -145,6 +145,7 @@ COMMANDS = [
     "report evil.yaml -o report.html",
     "map evil.yaml --x '0 1 2' -o -",
     "derive evil.yaml --pose wrong",
+    "check 'hexapod\x1b[2J'",
 ]
 EVIL_LETTERS = "\x1b\x07\x9b\x00\x7f\x85\u202e\u2028\u2029"
 

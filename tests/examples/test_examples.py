@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 from tests.project.shown_output import ROOT
-from tests.robots.test_orthoglide import both
+from tests.robots.test_architectures import both
 
 FOLDER = ROOT / "examples"
 EXAMPLES = sorted(FOLDER.glob("*.py"))

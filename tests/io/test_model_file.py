@@ -1,5 +1,8 @@
-"""Model files: what may be written, and what becomes of it."""
+"""Model files: elements, tables of Denavit and Hartenberg, parallel blocks."""
 
+from __future__ import annotations
+
+import json
 import re
 import subprocess
 import sys
@@ -8,24 +11,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from jsonschema import Draft202012Validator
+from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
 from robostiff.analysis import stiffness
-from robostiff.elasticity import (
-    BeamSegment,
-    beam_compliance,
-    box,
-    elasticity_from_stiffness,
-    i_section,
-    moved,
-    tapered_compliance,
-    tube,
-)
+from robostiff.elasticity import beam_compliance
+from robostiff.errors import FileError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
-from robostiff.model import Elbow, Link
+from robostiff.io.snapshot import snapshot_from_document, snapshot_schema, snapshot_to_data
+from robostiff.model import ALL_COORDINATES, Elbow, Link, ParallelBlock, PlacedBlock, Snapshot
 from robostiff.spatial import Space
+from tests.cases.metric import distance
 from tests.files import FILES, text_of
 
 PAGE = Path(__file__).parents[2] / "docs" / "model-files.md"
@@ -54,55 +52,7 @@ def chain_of(*elements: str) -> Any:
     return read(ARM.format(chain=lines)).legs[0].chain.elements
 
 
-def first_of(*elements: str) -> Any:
-    return chain_of(*elements)[0]
-
-
 # --- what is elastic ---
-
-SHAPES = {
-    "circle: {diameter: 20 mm}": rs.circle(0.02),
-    "tube: {outer_diameter: 20 mm, inner_diameter: 10 mm}": tube(0.02, 0.01),
-    "rectangle: {width_y: 20 mm, height_z: 10 mm}": rs.rectangle(0.02, 0.01),
-    "box: {width_y: 20 mm, height_z: 10 mm, wall: 1 mm}": box(0.02, 0.01, 0.001),
-    "i: {flange_width: 20 mm, height: 40 mm, web_thickness: 2 mm, flange_thickness: 3 mm}":
-        i_section(0.02, 0.04, 0.002, 0.003),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("theory", ["euler-bernoulli", "timoshenko"])
-@pytest.mark.parametrize("written", SHAPES)
-def test_beam_sections(written, theory):
-    beam = first_of(
-        f"{{type: beam, to: [0, L, 0], y_axis: z, material: steel, section: {{{written}}}, "
-        f"theory: {theory}}}"
-    )
-    theories = {"timoshenko": (rs.Timoshenko(),)}.get(theory, ())
-    expected = beam_compliance(0.3, rs.material("steel"), SHAPES[written], *theories)
-    assert isinstance(beam, Link)
-    np.testing.assert_allclose(beam.elasticity.compliance, expected, rtol=1e-14)
-    np.testing.assert_array_equal(beam.axes, np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]).T)
-
-
-def test_shear_factors_depend_on_the_material():
-    written = (
-        "{type: beam, to: [0, L, 0], material: aluminium-6061, theory: timoshenko, "
-        "section: {circle: {diameter: 20 mm}}}"
-    )
-    alloy, section = rs.material("aluminium-6061"), rs.circle(0.02, poisson_ratio=0.33)
-    expected = beam_compliance(0.3, alloy, section, rs.Timoshenko())
-    np.testing.assert_allclose(first_of(written).elasticity.compliance, expected, rtol=1e-12)
-
-
-def test_properties_of_a_section():
-    beam = first_of(
-        "{type: beam, to: [L, 0, 0], material: {E: 100 GPa, G: 40 GPa}, section: {properties: "
-        "{A: 10 cm^2, Iy: 1e4 mm^4, Iz: 1e4 mm^4, J: L^4/1e6}}}"
-    )
-    C = np.diag(beam.elasticity.compliance)
-    np.testing.assert_allclose(C[0], 0.3 / (100e9 * 1e-3))
-    np.testing.assert_allclose(C[3], 0.3 / (40e9 * 0.3**4 / 1e6))
-    np.testing.assert_allclose(C[4], 0.3 / (100e9 * 1e-8))
 
 
 def test_named_materials_and_sections():
@@ -115,32 +65,6 @@ def test_named_materials_and_sections():
     )
     (beam,) = read(text).legs[0].chain.elements
     np.testing.assert_allclose(beam.elasticity.compliance[0, 0], 0.3 / (200e9 * np.pi * 2.25e-4))
-
-
-def test_taper():
-    beam = first_of(
-        "{type: beam, to: [0, 0, L], material: steel, taper: [{share: 1/3, section: {circle: "
-        "{diameter: 40 mm}}}, {share: 2/3, material: aluminium, section: {circle: {diameter: "
-        "30 mm}}}]}"
-    )
-    segments = [
-        BeamSegment(0.1, rs.material("steel"), rs.circle(0.04)),
-        BeamSegment(0.2, rs.material("aluminium"), rs.circle(0.03)),
-    ]
-    np.testing.assert_allclose(
-        beam.elasticity.compliance, tapered_compliance(segments), rtol=1e-12, atol=1e-25
-    )
-
-
-def test_spring_measured_elsewhere():
-    K = np.diag([1e7, 2e7, 3e7, 2e4, 3e4, 4e4])
-    spring = first_of(
-        f"{{type: spring, stiffness: {K.tolist()}, at: [L, 0, 50 mm], turn: [{{z: phi}}]}}"
-    )
-    R = Rotation.from_rotvec([0, 0, np.pi / 6]).as_matrix()
-    expected = moved(elasticity_from_stiffness(K), R, [-0.3, 0, -0.05])
-    np.testing.assert_allclose(spring.elasticity.compliance, expected.compliance, rtol=1e-12)
-    np.testing.assert_array_equal(spring.axes, np.eye(3))
 
 
 def test_free_direction_of_a_spring_is_a_passive_joint():
@@ -268,3 +192,222 @@ def test_example_of_the_documentation():
             parse_document(example.replace("stiffness: k", "stiffness: 50 mm"), "tripod.yaml")
         )
     assert str(caught.value) in " ".join(PAGE.read_text().split())
+
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "ur5-dh.yaml"
+
+TABLE = text_of("table-of-dh.yaml")
+
+
+def read_table(text: str, **more):
+    return model_from_document(parse_document(text, "arm.yaml"), **more)
+
+
+def test_example_is_the_one_of_the_page():
+    page = EXAMPLE.parents[1] / "docs" / "model-files.md"
+    assert f"```yaml\n{EXAMPLE.read_text(encoding='utf-8')}```" in page.read_text(encoding="utf-8")
+
+
+def test_file_is_the_arm_that_python_makes():
+    rows = [
+        rs.DHRow(d=0.4),
+        rs.DHRow(alpha=-np.pi / 2, theta=-np.pi / 2, name="shoulder"),
+        rs.DHRow(a=0.5),
+        rs.DHRow(alpha=np.pi / 2, d=0.1, slides=True),
+    ]
+    own = rs.serial_arm(
+        rows,
+        convention=rs.DHConvention.MODIFIED,
+        joint_stiffness=[2e4, 2e4, 2e4, 1e7],
+        limits=[(-np.radians(170), np.radians(170)), None, None, None],
+        home=[0, np.radians(20), np.radians(45), 0.05],
+        base=rs.Frame(np.eye(3), np.array([0, 0, 1])),
+        tool=RigidTransform.from_components(
+            [0, 0, 0.08], Rotation.from_rotvec([0, np.radians(30), 0])
+        ),
+    )
+    found = read_table(TABLE)
+    (leg,), (other,) = found.legs, own.legs
+    assert leg.chain.coordinate_names == ("joint1", "shoulder", "joint3", "joint4")
+    assert leg.chain.roles == other.chain.roles
+    assert leg.chain.home.tolist() == other.chain.home.tolist()
+    assert found.reference_point.tolist() == [0, 0, 0.01]
+    at = rs.stiffness(found).reference_point
+    np.testing.assert_allclose(
+        rs.compliance(found), rs.compliance(own, at=at), rtol=1e-12, atol=1e-18
+    )
+
+
+def test_other_values_of_parameters_and_symbols():
+    longer = read_table(TABLE, parameters={"l": "700 mm"})
+    end, start = rs.stiffness(longer).pose, rs.stiffness(read_table(TABLE)).pose
+    assert end is not None
+    assert start is not None
+    assert np.linalg.norm(end - start) == pytest.approx(0.2)
+    robot = read_table(TABLE, symbols=("l", "k"))
+    assert [str(symbol) for symbol in robot.symbols] == ["k", "l"]
+    assert robot.nominal == {"l": 0.5, "k": 2e4}
+    np.testing.assert_allclose(
+        rs.compliance(robot.numeric), rs.compliance(read_table(TABLE)), rtol=1e-12, atol=1e-18
+    )
+
+
+SIDE = text_of("ur5-of-example.stiffness.yaml")
+
+
+def test_published_arm_in_ten_lines_is_that_of_its_urdf(tmp_path):
+    """In ROS the base of a UR5 is turned by half a turn about z."""
+    side = tmp_path / "ur5.stiffness.yaml"
+    side.write_text(SIDE)
+    table, described = rs.load(EXAMPLE), rs.load(EXAMPLE.with_name("ur5.urdf"), side=side)
+    half = np.diag([-1.0, -1, 1])
+    both = np.kron(np.eye(2), half)
+    for q in np.random.default_rng(3).uniform(-2, 2, (4, 6)):
+        at = rs.JointCoordinates(q)
+        own, other = rs.stiffness(table, at), rs.stiffness(described, at)
+        np.testing.assert_allclose(half @ own.pose[:3], other.pose[:3], atol=1e-12)
+        C, expected = rs.compliance(table, at), rs.compliance(described, at)
+        np.testing.assert_allclose(both @ C @ both, expected, rtol=1e-9, atol=1e-15)
+
+
+SCARA = """\
+robostiff: 1
+name: scara
+source: a test
+home: {{at: [0.3, 0.3, 0]}}
+{chosen}
+legs:
+  - name: arm
+    chain:
+      - {{type: revolute, axis: z, role: actuated, stiffness: 1e5 N m/rad}}
+      - {{type: beam, to: [0.3, 0, 0], material: steel, section: {{circle: {{diameter: 20 mm}}}}}}
+      - {{type: revolute, axis: z, role: actuated, stiffness: 1e5 N m/rad}}
+      - {{type: beam, to: [0, 0.3, 0], material: steel, section: {{circle: {{diameter: 20 mm}}}}}}
+      - {{type: prismatic, axis: z, role: actuated, stiffness: 1e7 N/m}}
+"""
+
+
+def scara(chosen: str = "") -> Any:
+    return read_table(SCARA.format(chosen=chosen))
+
+
+@pytest.mark.parametrize("chosen", ["", "coordinates: [x, y, z]"])
+def test_they_are_as_many_as_its_freedoms(chosen):
+    robot = scara(chosen)
+    names = [coordinate.value for coordinate in robot.coordinates]
+    assert names == (["x", "y", "z"] if chosen else ["y", "z", "rz"])
+    values = np.array([[0.3, 0.29, 0.01, 0, 0, 0.1]])[:, robot.coordinate_places]
+    K = rs.stiffness(robot, values).K
+    by_kernel = rs.compile(robot).evaluate(values).values["K"]
+    np.testing.assert_allclose(by_kernel, K, rtol=1e-9, atol=1e-9 * np.max(K))
+
+
+def test_all_of_them_pose_an_arm_whose_home_is_singular():
+    assert rs.load(FILES / "wrist.yaml").coordinates == ALL_COORDINATES
+
+
+PARALLEL = text_of("pair-of-bars.yaml")
+PARALLELOGRAM = text_of("parallelogram.yaml")
+REPEATED = text_of("repeated-bars.yaml")
+HEAD = PARALLELOGRAM.partition("      - type")[0]
+
+
+def read_file(text: str) -> rs.Robot:
+    return model_from_document(parse_document(text, file="robot.yaml"))
+
+
+@pytest.mark.parametrize("text", [PARALLELOGRAM, REPEATED])
+def test_ways_to_write_a_parallelogram(text):
+    robot, expected = read_file(text), read_file(PARALLEL)
+    (block,), (wanted,) = (r.legs[0].chain.elements for r in (robot, expected))
+    assert isinstance(block, ParallelBlock)
+    assert isinstance(wanted, ParallelBlock)
+    assert [b.name for b in block.branches] == [b.name for b in wanted.branches]
+    for pose in ([0.0], [0.11]):
+        first, second = rs.stiffness(robot, pose), rs.stiffness(expected, pose)
+        assert distance(first.K, second.K) < 1e-13
+        assert int(first.rank) == 5
+
+
+def test_blocks_nested_without_end():
+    element = "{type: spring, stiffness: [1e6 N/m, 1e6 N/m, 1e6 N/m, 1, 1, 1]}"
+    for _ in range(12):
+        element = f"{{type: parallelogram, across: [0, 1 mm, 0], chain: [{element}]}}"
+    message = "elements inside a parallel block: got 1024, expected at most 1000"
+    with pytest.raises(FileError, match=message):
+        read_file(f"{HEAD}      - {element}\n")
+
+
+# --- snapshots ---
+
+PIN = {"type": "passive", "kind": "R", "point": [0, 0, 0], "axis": [0, 0, 1]}
+
+
+def beam(y: float) -> dict:
+    element = {"type": "beam", "start": [0, y, 0], "end": [0.3, y, 0], "y_axis": [0, 1, 0]}
+    return element | {"E": 2.1e11, "G": 8e10, "A": 8e-4, "Iy": 3e-8, "Iz": 1e-7, "J": 7e-8}
+
+
+def branch(name: str, y: float) -> dict:
+    pins = [PIN | {"point": [x, y, 0]} for x in (0, 0.3)]
+    return {"name": name, "end": [0.3, y, 0], "chain": [pins[0], beam(y), pins[1]]}
+
+
+def file_with(*branches: dict, **changes) -> dict:
+    block = {"type": "parallel", "name": "pair", "branches": list(branches)}
+    leg = {"name": "leg", "end": [0.3, 0, 0], "chain": [block]}
+    return {"name": "pair", "reference_point": [0.3, 0, 0], "legs": [leg]} | changes
+
+
+def snapshot(data: dict) -> Snapshot:
+    return snapshot_from_document(parse_document(json.dumps(data), file="pair.json"))
+
+
+PAIR = file_with(branch("low", -0.04), branch("high", 0.04))
+
+
+def test_a_block_of_a_snapshot():
+    Draft202012Validator(snapshot_schema()).validate(PAIR)
+    given = snapshot(PAIR)
+    (block,) = given.legs[0].elements
+    assert isinstance(block, PlacedBlock)
+    assert [b.name for b in block.branches] == ["pair/low", "pair/high"]
+    names = [e.name for e in block.branches[1].elements]
+    assert names == ["pair/high/passive1", "pair/high/beam1", "pair/high/passive2"]
+    result = rs.stiffness(given)
+    assert int(result.rank) == 5
+    EA_by_L = 2.1e11 * 8e-4 / 0.3
+    assert result.K[0, 0] == pytest.approx(2 * EA_by_L)
+    assert result.K[5, 5] == pytest.approx(2 * EA_by_L * 0.04**2)
+
+
+@pytest.mark.parametrize("name", ["orthoglide", "delta"])
+def test_written_and_read_again(name):
+    posture = rs.find_posture(rs.load(name))
+    data = snapshot_to_data(posture.snapshot.one(0))
+    Draft202012Validator(snapshot_schema()).validate(json.loads(json.dumps(data)))
+    again = snapshot(data)
+    first, second = rs.stiffness(posture.snapshot.one(0)), rs.stiffness(again)
+    assert distance(second.K, first.K) < 1e-12
+    kept = {part.name for leg in again.legs for part in leg.parts}
+    assert kept == {part.name for leg in posture.snapshot.legs for part in leg.parts}
+
+
+def test_nested_blocks_and_rigid_branches_are_written_too():
+    inner = {"type": "parallel", "branches": [branch("a", 0.03), branch("b", 0.05)]}
+    rod = {"name": "rod", "end": [0.3, 0, 0], "chain": []}
+    outer = {"name": "outer", "end": [0.3, 0.04, 0], "chain": [inner, PIN | {"kind": "P"}]}
+    data = file_with(outer, rod)
+    data["legs"][0]["chain"].append(beam(0.0))
+    given = snapshot(data)
+    again = snapshot(snapshot_to_data(given))
+    assert distance(rs.stiffness(again).K, rs.stiffness(given).K) < 1e-12
+    names = [part.name for part in given.legs[0].parts]
+    assert names[0] == "pair/outer/parallel1/a/passive1"
+
+
+def test_a_planar_snapshot_with_a_block():
+    result = rs.stiffness(snapshot(PAIR | {"planar": True}))
+    assert result.K.shape == (3, 3)
+    plane = np.ix_([0, 1, 5], [0, 1, 5])
+    assert distance(result.K, rs.stiffness(snapshot(PAIR)).K[plane]) < 1e-12

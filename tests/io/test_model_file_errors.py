@@ -1,17 +1,25 @@
-"""Slips in model files, and files and numbers that are too many or too large, are refused."""
+"""Files with mistakes, and with values that are hardly meant: refused or warned of in words."""
 
 import copy
 import functools
 import json
+import re
+import warnings
+from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import robostiff as rs
+from robostiff.cli.main import app
 from robostiff.errors import InputError
 from robostiff.io.document import parse_document
 from robostiff.io.expression import ParameterError, parameter_values
 from robostiff.io.model_file import model_from_document
+from robostiff.io.snapshot import network_from_document, snapshot_from_document
 from robostiff.io.urdf import read_urdf
+from robostiff.robots import shipped_cable_robots, shipped_linkages, shipped_robots
+from tests.cases.reference_case import NAMES
 from tests.files import text_of
 
 ROBOT = text_of("three-legs.yaml")
@@ -39,6 +47,7 @@ def entries(data, path=()):
             yield from entries(value, (*path, step))
 
 
+@pytest.mark.filterwarnings("ignore::robostiff.PlausibilityWarning")
 @pytest.mark.parametrize("text", [ROBOT, PLANAR])
 def test_any_entry_replaced_or_missing_is_refused_in_words(text):
     data = parse_document(text).data
@@ -111,3 +120,124 @@ def test_links_of_a_description_are_bounded(tmp_path):
     path.write_text(path.read_text() + "</robot>")
     with pytest.raises(rs.FileError, match="links: got 2001, expected at most 2000"):
         read_urdf(path)
+
+
+PLAUSIBLE = text_of("plausible-arm.yaml")
+SNAPSHOT = {
+    "name": "arm",
+    "reference_point": [0.3, 0, 0],
+    "legs": [
+        {
+            "name": "arm",
+            "end": [0.3, 0, 0],
+            "chain": [
+                {"type": "spring", "kind": "R", "point": [0, 0, 0], "axis": [0, 0, 1], "k": 1e4},
+                {
+                    **{"type": "beam", "start": [0, 0, 0], "end": [0.3, 0, 0]},
+                    **{"y_axis": [0, 1, 0], "E": 2.1e11, "G": 8e10, "A": 1e-4},
+                    **{"Iy": 1e-9, "Iz": 1e-9, "J": 2e-9},
+                },
+            ],
+        }
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    "name", [*shipped_robots(), *shipped_cable_robots(), *shipped_linkages(), "cases"]
+)
+def test_what_is_right_does_not_warn(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", rs.PlausibilityWarning)
+        if name != "cases":
+            rs.load(name)
+            return
+        for case in NAMES:
+            for folder, read in (
+                ("data", snapshot_from_document),
+                ("graphs", network_from_document),
+            ):
+                file = f"tests/cases/{folder}/{case}.json"
+                try:
+                    text = Path(file).read_text(encoding="utf-8")
+                except FileNotFoundError:
+                    continue
+                read(parse_document(text, file))
+
+
+def test_a_warning_is_of_the_line_that_calls_and_shown_once(tmp_path):
+    text = PLAUSIBLE.replace("210 GPa", "210")
+    warning = "material.E: an elastic modulus of 210 Pa; in GPa? write 210 GPa"
+    with pytest.warns(rs.PlausibilityWarning) as caught:
+        model_from_document(parse_document(text, "arm.yaml"))
+    assert any(str(w.message).endswith(warning) for w in caught), [str(w.message) for w in caught]
+    assert {w.filename for w in caught} == {__file__}
+    path = tmp_path / "arm.yaml"
+    path.write_text(text)
+    shown = CliRunner().invoke(app, ["check", str(path)])
+    assert shown.exit_code == 0
+    assert "robostiff: warning: " in shown.stderr
+    assert shown.stderr.count(warning) == 1
+    facts = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).stdout)
+    assert facts["warnings"][0].endswith(warning)
+
+
+def test_values_of_parameters_without_the_unit_of_the_file():
+    slip = "parameter k_joint = 250: 250 N/m .* in place of 4e[+]08 N/m"
+    for symbols in ((), rs.ALL_PARAMETERS):
+        with pytest.warns(rs.PlausibilityWarning, match=slip):
+            rs.load("hexapod", {"k_joint": 250}, symbols=symbols)
+    with pytest.warns(rs.PlausibilityWarning, match="parameter k = 30: 30 N/m"):
+        rs.load("gough-stewart-a", {"k": "30"})
+    rs.load("hexapod", {"k_joint": 2.5e8})
+    rs.load("hexapod", {"k_joint": "250 N/m"})  # who writes the unit means it
+
+
+def test_degrees_in_functions_and_densities_of_a_cubic_centimetre():
+    for right, slip, warning in (
+        ("[L, 0, 0]", '["L*cos(phi)", 0, 0]', "cos(70): an angle of 70 rad; in degrees?"),
+        ("G: 81 GPa", "G: 81 GPa, density: 7.85", "7.85 kg/m^3; in g/cm^3? write 7.85 g/cm^3"),
+    ):
+        text = PLAUSIBLE.replace(right, slip).replace("L: 300 mm", "L: 300 mm, phi: 70")
+        with pytest.warns(rs.PlausibilityWarning, match=re.escape(warning)):
+            model_from_document(parse_document(text))
+    # Turns by multiples of pi, and degrees with their unit, are meant.
+    text = PLAUSIBLE.replace("[L, 0, 0]", '["L*cos(3*pi)", "L*sin(400 deg)", 0]')
+    text = text.replace("G: 81 GPa", "G: 81 GPa, density: 7.85 g/cm^3")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", rs.PlausibilityWarning)
+        model_from_document(parse_document(text))
+
+
+def test_angles_with_their_unit_and_soft_materials_do_not_warn():
+    for right, other in (("20 deg", "700 deg"), ("210 GPa", "0.07 MPa"), ("300 mm", "99 m")):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", rs.PlausibilityWarning)
+            model_from_document(parse_document(PLAUSIBLE.replace(right, other)))
+
+
+def test_joints_near_their_beams_do_not_warn():
+    text, place = json.dumps(SNAPSHOT), '"kind": "R", "point": [0, 0, 0]'
+    assert place in text
+    for other in ('"kind": "R", "point": [0, 0.1, 0.7]', '"kind": "P", "point": [0, 500, 0]'):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", rs.PlausibilityWarning)
+            snapshot_from_document(parse_document(text.replace(place, other)))
+
+
+def test_poses_in_other_units():
+    hexapod, arm = rs.load("hexapod"), rs.load("six-joint-arm")
+    for pose, warning in (
+        ([0, 0, 900, 0, 0, 0], "more than 100 m from home; in mm?"),
+        ([0, 0, 0.9, 0, 0, 20], "rotation vector of more than a turn; in degrees?"),
+    ):
+        with pytest.warns(rs.PlausibilityWarning, match=re.escape(warning)):
+            rs.stiffness(hexapod, pose)
+    with pytest.warns(rs.PlausibilityWarning, match="did you mean JointCoordinates"):
+        rs.stiffness(arm, [3, -3, 3, 0, 0, 0])
+    with pytest.warns(rs.PlausibilityWarning, match="beyond two turns; in degrees"):
+        rs.stiffness(arm, rs.JointCoordinates([0, -75, 90, 0, 0, 0]))
+    with pytest.raises(rs.InputError, match="did you mean JointCoordinates"):
+        rs.stiffness(rs.load("two-link-arm"), [0.1, 0.2])
+    shown = CliRunner().invoke(app, ["stiffness", "hexapod", "--pose", "0 0 0.9 0 0 20"])
+    assert "robostiff: warning: pose of 'hexapod': a rotation vector" in shown.stderr

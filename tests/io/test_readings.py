@@ -18,8 +18,9 @@ from robostiff.io.document import parse_document
 from robostiff.io.expression import exact_mathematics, parameter_values, parse
 from robostiff.io.snapshot import snapshot_from_document
 from robostiff.io.units import Dimension, parse_quantities, parse_quantity, to_si
+from tests.cables import test_cable_files
 from tests.files import text_of
-from tests.io import test_expression, test_model_file, test_units
+from tests.io import test_model_file, test_units
 from tests.said import indented, now, on_file, write
 
 PAGE = Path(__file__).parent / "readings.txt"
@@ -28,12 +29,12 @@ JSON = parse_document(text_of("tabs-and-escapes.json"), file="f.json")
 
 
 def value(text: str) -> str:
-    quantity = parse(literal_eval(f'"{text}"')).evaluate(test_expression.ENVIRONMENT)
+    quantity = parse(literal_eval(f'"{text}"')).evaluate(test_units.ENVIRONMENT)
     return f"{quantity.magnitude:.12g} SI, {quantity}"
 
 
 def exact(text: str) -> str:
-    environment = test_expression.IN_SYMBOLS
+    environment = test_units.IN_SYMBOLS
     return str(parse(text).evaluate(environment, exact_mathematics()).magnitude)
 
 
@@ -113,6 +114,7 @@ READERS: dict[str, Callable[[str], str]] = {
     "parameters": parameters,
     "element of a leg": elements_of_a_leg,
     "element of a snapshot": elements_of_a_snapshot,
+    "cable robot": lambda text: "\n".join(parts_of(test_cable_files.built(literal_eval(text)))),
     "places in YAML": place(YAML),
     "places in JSON": place(JSON),
     "pose": several(test_units.POSE, test_units.POSE_NAMES),

@@ -26,14 +26,10 @@ from robostiff.robots import robot_file
 from tests.cables import test_cable_files
 from tests.identification import test_measurement_files
 from tests.io import (
-    test_dh_tables,
-    test_expression,
-    test_masses,
+    test_model_file,
     test_model_file_errors,
-    test_parallel_blocks,
-    test_plausibility,
-    test_snapshot_errors,
-    test_springs_and_laws,
+    test_snapshot,
+    test_springs_laws_and_masses,
     test_units,
 )
 from tests.io.urdf import (
@@ -97,7 +93,7 @@ def program(text: str, robot: str = "hexapod") -> Any:
 
 
 def heavy(*masses: dict[str, Any]) -> Any:
-    return snapshot(json.dumps(test_masses.crane(masses=masses)))
+    return snapshot(json.dumps(test_springs_laws_and_masses.crane(masses=masses)))
 
 
 def measured(text: str) -> Any:
@@ -128,18 +124,18 @@ READERS: dict[str, Callable[..., Any]] = {
     "values of parameters": partial(
         model_from_document, parse_document(test_model_file_errors.ARM, "arm.yaml")
     ),
-    "table of Denavit and Hartenberg": partial(model, test_dh_tables.ARM),
-    "coordinates of an arm": lambda own: test_dh_tables.scara(f"coordinates: [{own}]"),
-    "masses": partial(model, test_masses.MODEL),
-    "springs and laws": partial(model, test_springs_and_laws.LAWS),
-    "parallel block": partial(model, test_parallel_blocks.PARALLEL),
-    "parallelogram": partial(model, test_parallel_blocks.PARALLELOGRAM),
-    "plausibility": partial(model, test_plausibility.ARM),
-    "snapshot": partial(snapshot, test_snapshot_errors.TEXT),
-    "block of a snapshot": partial(snapshot, json.dumps(test_parallel_blocks.PAIR)),
-    "planar snapshot": lambda own: snapshot(f"{test_snapshot_errors.PLANAR}{own}]}}]}}"),
+    "table of Denavit and Hartenberg": partial(model, test_model_file.TABLE),
+    "coordinates of an arm": lambda own: test_model_file.scara(f"coordinates: [{own}]"),
+    "masses": partial(model, test_springs_laws_and_masses.MODEL),
+    "springs and laws": partial(model, test_springs_laws_and_masses.LAWS),
+    "parallel block": partial(model, test_model_file.PARALLEL),
+    "parallelogram": partial(model, test_model_file.PARALLELOGRAM),
+    "plausibility": partial(model, test_model_file_errors.PLAUSIBLE),
+    "snapshot": partial(snapshot, test_snapshot.TEXT),
+    "block of a snapshot": partial(snapshot, json.dumps(test_model_file.PAIR)),
+    "planar snapshot": lambda own: snapshot(f"{test_snapshot.PLANAR}{own}]}}]}}"),
     "masses of a snapshot": heavy,
-    "plausibility of a snapshot": partial(snapshot, json.dumps(test_plausibility.SNAPSHOT)),
+    "plausibility of a snapshot": partial(snapshot, json.dumps(test_model_file_errors.SNAPSHOT)),
     "flexible platform": partial(model, test_flexible_platform.FILE.read_text()),
     "module of a machine": module,
     "coupled joints": partial(model, test_coupled_joints.MODEL),
@@ -153,9 +149,9 @@ READERS: dict[str, Callable[..., Any]] = {
     "side file": lambda own: described(test_side_files.ARM, f"{test_side_files.HEAD}{own}"),
     "YAML": lambda text: parse_document(text, "robot.yaml"),
     "JSON": lambda text: parse_document(text, "robot.json"),
-    "expression": lambda text: parse(text).evaluate(test_expression.ENVIRONMENT),
+    "expression": lambda text: parse(text).evaluate(test_units.ENVIRONMENT),
     "exact expression": lambda text: parse(text).evaluate(
-        test_expression.IN_SYMBOLS, exact_mathematics()
+        test_units.IN_SYMBOLS, exact_mathematics()
     ),
     "parameters": parameter_values,
     "quantity": lambda own, name: to_si(own, Dimension[name]),

@@ -1,4 +1,4 @@
-"""Snapshot files: reading, writing, the published schema and the documented example."""
+"""Snapshot files: read, written, documented, and refused."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 import robostiff as rs
@@ -30,6 +32,7 @@ from robostiff.model import PlacedElement, PlacedFreedom, PlacedLeg, PlacedSprin
 from robostiff.robots import load
 from robostiff.spatial import Space
 from tests.campaign import placed
+from tests.files import text_of
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "wall-crane.json"
@@ -316,3 +319,62 @@ def test_rounded_coordinates_leave_a_redundant_joint_in_doubt():
     leg = {"name": "arm", "end": [0.5, 0, 0]}
     with pytest.warns(PlausibilityWarning, match="rank 4 is decided by .* in leg 'arm'"):
         assert stiffness(read(data | {"legs": [leg | {"chain": [hinge, other, beam()]}]})).rank == 4
+
+
+# One element a line, so that lines can be counted.
+TEXT = text_of("arm-snapshot.json")
+
+
+PLANAR = """{"name": "arm", "planar": true, "reference_point": [0, 0, 0],
+"legs": [{"name": "leg", "end": [0, 0, 0], "chain": [
+{"type": "spring", "kind": "R", "point": [0, 0, 9], "axis": [0, 0, 1], "k": 9},
+"""
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(st.sampled_from(["type", "kind", "point", "axis", "k", "K"]), inner)
+    ),
+    max_leaves=8,
+)
+PATHS = [
+    (),
+    ("name",),
+    ("legs",),
+    ("legs", 0),
+    ("legs", 0, "end"),
+    ("legs", 0, "chain"),
+    *(("legs", 0, "chain", i) for i in range(4)),
+    ("legs", 0, "chain", 0, "type"),
+    ("legs", 0, "chain", 0, "axis"),
+    ("legs", 0, "chain", 1, "y_axis"),
+    ("legs", 0, "chain", 1, "E"),
+    ("legs", 0, "chain", 1, "start", 0),
+    ("legs", 0, "chain", 3, "rotation", 1),
+    ("legs", 0, "chain", 3, "compliance", 4, 4),
+    ("legs", 0, "chain", 3, "compliance", 1, 4),
+]
+
+
+@pytest.mark.filterwarnings("ignore::robostiff.errors.PlausibilityWarning")
+@given(st.sampled_from(PATHS), values)
+def test_anything_anywhere_is_read_or_refused_with_its_place(path, value):
+    data = {"top": json.loads(TEXT)}
+    *parents, last = ("top", *path)
+    inside = data
+    for step in parents:
+        inside = inside[step]
+    inside[last] = value
+    document = parse_document(json.dumps(data["top"]), file="arm.json")
+    error = None
+    try:
+        snapshot_from_document(document)
+    except FileError as caught:
+        error = caught
+    if error is not None:
+        assert error.location.file == "arm.json"
+        assert error.location.line == 1
+        for line in str(error).splitlines():
+            assert line.strip().startswith("arm.json:1:")

@@ -1,13 +1,17 @@
-"""Postures of whole robots: reach, limits, coordinates that follow, batches, far poses."""
+"""Postures: reach, coordinates that the legs decide, and poses alone and in company."""
 
 import numpy as np
 import pytest
 
+import robostiff as rs
 from robostiff.errors import PlausibilityWarning
+from robostiff.io.document import parse_document
+from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import PostureFinder, find_posture, place_chain
+from robostiff.kinematics.closure.loops import fitting_coordinates, platform_mobility
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import PlacedFreedom
-from robostiff.robots import load
+from robostiff.robots import load, robot_file
 from tests.generators.legs import has_skewed_axes, random_leg
 from tests.generators.machines import case_b, elbow_arm, five_bar, tripod
 
@@ -134,3 +138,77 @@ def test_legs_computed_together_are_where_each_is_alone(name: str):
             assert part.name == other.name
             shown = np.broadcast_to(other.point, (40, 3))[kept]
             assert np.allclose(np.broadcast_to(part.point, (3, 3))[kept], shown, atol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("3-puu", "x y z"),
+        ("tripteron", "x y z"),
+        ("orthoglide", "x y z"),
+        ("delta", "x y z"),
+        ("3-rrr", "x y rz"),
+        ("3-rpr-beams", "x y rz"),
+        ("gough-stewart-b", "x y z rx ry rz"),
+        ("two-link-arm", "y rz"),
+    ],
+)
+def test_freedoms_of_shipped_robots(name, expected):
+    robot = rs.load(name)
+    finder = PostureFinder(robot)
+    q = [solver.home for solver in finder.solvers]
+    mobility = platform_mobility(robot, finder.home_pose, q, finder.length)
+    assert " ".join(c.value for c in fitting_coordinates(mobility)) == expected
+
+
+def with_coordinates(line: str) -> rs.Robot:
+    text = robot_file("3-puu").read_text()
+    assert "coordinates: [x, y, z]\n" in text
+    return model_from_document(parse_document(text.replace("coordinates: [x, y, z]\n", line)))
+
+
+def test_coordinates_left_out_follow_from_the_legs():
+    assert [c.value for c in with_coordinates("").coordinates] == ["x", "y", "z"]
+
+
+def test_all_six_are_allowed():
+    robot = with_coordinates("coordinates: [x, y, z, rx, ry, rz]\n")
+    assert str(rs.stiffness(robot, [0, 0, 0.3, 0, 0, 0]).status) == "ok"
+    assert str(rs.stiffness(robot, [0, 0, 0.3, 0.1, 0, 0]).status) == "unreachable"
+
+
+@pytest.mark.filterwarnings("ignore::robostiff.errors.PlausibilityWarning")
+@pytest.mark.parametrize("scale", [1e-5, 1e-3, 1.0, 1e3])
+def test_newton_closes_at_every_size(scale):
+    sizes = {"l": 0.35, "d": 0.45, "e": 0.06}
+    resized = rs.load("tripteron", {name: f"{scale * own} m" for name, own in sizes.items()})
+    poses = [[0.05 * scale, 0.02 * scale, -0.03 * scale], [-0.06 * scale, 0.04 * scale, 0.0]]
+    assert rs.find_posture(resized, poses).reached.all()
+
+
+def test_postures_are_the_same_to_the_last_bit_in_any_company():
+    finder = PostureFinder(tripod("PRS"))
+    rng = np.random.default_rng(1)
+    home = finder.home_pose[[2, 3, 4]]
+    # As far as beyond reach, where poses are followed in many steps.
+    poses = home + rng.uniform(-1, 1, (24, 3)) * [0.5, 1.2, 1.2]
+    whole = finder.find(poses)
+    lost = np.flatnonzero(~whole.reached)
+    assert 0 < lost.size < 12
+    for own in (rng.permutation(24)[:9], np.array([3]), lost[:1]):
+        part = finder.find(poses[own])
+        np.testing.assert_array_equal(part.pose, whole.pose[own])
+        for few, many in zip(part.coordinates, whole.coordinates, strict=True):
+            np.testing.assert_array_equal(few, many[own])
+
+
+def test_at_home_legs_are_where_they_are():
+    finder = PostureFinder(tripod("PRS"))
+    home = finder.home_pose[[2, 3, 4]]
+    poses = np.array([home, home + np.array([0.01, 0.1, 0.0]), home])
+    found = finder.find(poses)
+    assert found.reached.all()
+    for q, own in zip(found.coordinates, finder.homes, strict=True):
+        np.testing.assert_array_equal(q[[0, 2]], [own, own])
+    for q, alone in zip(found.coordinates, finder.find(poses[1]).coordinates, strict=True):
+        np.testing.assert_array_equal(q[1], alone[0])

@@ -125,6 +125,7 @@ NAMES: dict[str, Any] = {
     **{"mapped_linkage": mapped_linkage},
     **{"endless": tuple(replace(own, greatest_tension=np.inf) for own in CABLES)},
     **{"campaign": MOVED, "RigidTransform": RigidTransform},
+    **{"AT": [0.02, -0.01, 0.8, 0.01, -0.02, 0.1]},
 }  # fmt: skip
 
 

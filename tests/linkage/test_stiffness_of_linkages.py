@@ -1,4 +1,4 @@
-"""Stiffness, deflection and indices of a linkage at values of its joints: as those of a network."""
+"""Stiffness of linkages: as networks, as robots of legs, and at random."""
 
 from dataclasses import replace
 from functools import cache
@@ -7,13 +7,27 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
+from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
-from robostiff.kinematics import ActuatorCoordinates
-from robostiff.model import Link
+from robostiff.kinematics import ActuatorCoordinates, place_chain
+from robostiff.linkage import Connection, Linkage, close, essential, robot_of
+from robostiff.linkage.essential import network_of
+from robostiff.model import (
+    Actuated,
+    Link,
+    Passive,
+    beam_link,
+    cylindrical,
+    planar,
+    revolute,
+    spherical,
+)
 from robostiff.spatial import Frame
+from tests.campaign.moved_linkages import by_forces, moved_linkage, open_by
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
 ANGLES = [-0.3, 0.0, 0.4]
@@ -158,3 +172,142 @@ def _end(connection):
     """The frame of body b behind a bar that does not bend."""
     assert isinstance(connection.element, Link)
     return Frame(np.eye(3), np.asarray(connection.element.to)) @ connection.after
+
+
+def _frame(rng):
+    return Frame(Rotation.random(rng=rng).as_matrix(), rng.normal(size=3))
+
+
+def _element(rng, name, kind):
+    home = rng.uniform(-1, 1, 2).tolist()
+    axis, other = rng.normal(size=3), rng.normal(size=3)
+    match kind:
+        case 0:
+            return rs.beam_link(axis, material("steel"), circle(0.03), name=name)
+        case 1:
+            return rs.universal(axis, other, rs.Passive(), home=home, name=name)
+        case 2:
+            return rs.revolute(axis, rs.Actuated(3e4), home=home[:1], name=name)
+        case 3:
+            return rs.prismatic(axis, rs.Actuated(2e6), home=home[:1], name=name)
+        case 5:
+            return rs.helical(axis, 0.1, rs.Passive(), home=home[:1], name=name)
+    return rs.revolute(axis, rs.Passive(), home=home[:1], name=name)
+
+
+def _closed(name, a, b, frames, element, rng):
+    """A connection that fits the frames of its bodies."""
+    before = _frame(rng)
+    start = frames[a] @ before
+    q = np.array(getattr(element, "home", ()), dtype=float)
+    end = place_chain(rs.Chain((element,)), q, start.R, start.p)
+    return Connection(name, a, b, before, element, Frame(end.R, end.p).inverse @ frames[b])
+
+
+def _parallel(rng, legs):
+    """Legs of six elements, some described from platform to base, and an arm that dangles."""
+    frames = {"base": Frame.identity(), "platform": _frame(rng)}
+    connections = []
+    for leg in range(legs):
+        bodies = ["base", *(f"{leg}.{i}" for i in range(5)), "platform"]
+        frames |= {body: _frame(rng) for body in bodies[1:-1]}
+        kinds = rng.permutation([0, 1, 2, 3, 5, 0])
+        for i, kind in enumerate(kinds):
+            a, b = bodies[i : i + 2] if rng.random() < 0.5 else bodies[i : i + 2][::-1]
+            name = f"leg{leg}.{i}"
+            connections.append(_closed(name, a, b, frames, _element(rng, name, kind), rng))
+    frames["hook"] = _frame(rng)
+    hook = _closed("hook", "0.2", "hook", frames, _element(rng, "hook", 4), rng)
+    rng.shuffle(connections)
+    tip = rng.normal(size=3)
+    return Linkage("random", (hook, *connections), "base", "platform", tip), frames
+
+
+@pytest.mark.parametrize("legs", [1, 2, 3])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_robot_and_a_network_of_one_linkage_agree(legs, seed):
+    linkage, frames = _parallel(np.random.default_rng([legs, seed]), legs)
+    part = essential(linkage)
+    assert len(part.connections) == 6 * legs
+    found = close(part)
+    assert found.is_closed
+    for body, frame in found.frames.items():
+        assert np.allclose(frame.p, frames[body].p, atol=1e-9)
+        assert np.allclose(frame.R, frames[body].R, atol=1e-9)
+    robot = robot_of(part, found)
+    assert robot is not None
+    one, other = rs.stiffness(robot), rs.stiffness(network_of(part, found))
+    assert one.rank == other.rank
+    scale = np.abs(other.K).max()
+    assert np.abs(one.K - other.K).max() < 1e-8 * scale
+    assert np.allclose(one.reference_point, other.reference_point, atol=1e-9)
+
+
+def test_legs_that_share_a_body_are_no_robot():
+    linkage, frames = _parallel(np.random.default_rng(4), 2)
+    rng = np.random.default_rng(5)
+    bridge = _closed("bridge", "0.2", "1.3", frames, _element(rng, "bridge", 0), rng)
+    part = essential(Linkage("l", (*linkage.connections, bridge), "base", "platform", np.zeros(3)))
+    assert robot_of(part, close(part)) is None
+
+
+def test_coordinates_of_all_drives_need_no_names_under_load_either():
+    lift = rs.load_linkage("double-pantograph")
+    load = [100.0, 50, -30, 1, 1, 1]
+    by_name = rs.equilibrium(lift, {"screw": -0.1}, load).displacement
+    for values in ([-0.1], [[-0.1]], np.array([-0.1]), rs.ActuatorCoordinates([-0.1])):
+        np.testing.assert_array_equal(rs.equilibrium(lift, values, load).displacement, by_name)
+        assert rs.modes(lift, values, {"platform": 1.0}).frequencies[0] > 0
+
+
+@pytest.mark.parametrize("first", [cylindrical, planar])
+def test_a_slide_on_the_base_moves_an_axis_that_does_not_turn(first):
+    """The loop ends at the base as well: neither its end nor the axis depends on coordinates."""
+    rng = np.random.default_rng(5)
+    frames = {"base": Frame.identity()} | {body: _frame(rng) for body in "abcd"}
+    x, y, z = rng.normal(size=(3, 3))
+    elements = {
+        "first": ("base", "a", first(x, Passive())),
+        "crank": ("a", "b", revolute(y, Actuated(1e5))),
+        "bar": ("b", "c", beam_link(z, material("steel"), circle(0.03))),
+        "ball": ("c", "d", spherical(Passive())),
+        "last": ("d", "base", cylindrical(z, Passive())),
+    }
+    linkage = Linkage(
+        "loop",
+        tuple(
+            _closed(n, a, b, frames, replace(e, name=n), rng) for n, (a, b, e) in elements.items()
+        ),
+        "base",
+        "c",
+        np.zeros(3),
+    )
+    found = close(linkage, {"crank": 0.05})
+    assert found.is_closed
+    assert open_by(linkage, found) < 1e-9
+    answer, truth = rs.stiffness(linkage, {"crank": 0.05}), by_forces(linkage, found)
+    assert truth is not None
+    assert not truth.in_doubt
+    assert answer.rank == truth.rank
+    assert (truth.K is None) == bool(answer.status & rs.Status.RIGID_DIRECTION)
+    if truth.K is not None:
+        np.testing.assert_allclose(answer.matrix, truth.K, atol=1e-8 * np.abs(truth.K).max())
+
+
+@pytest.mark.parametrize("number", [0, 1, 2, 3, 66])
+def test_random_linkages_are_as_forces_say(number):
+    """That of number 66 has a record, and a drive that follows."""
+    assert not moved_linkage(np.random.default_rng([20261122, number]))
+
+
+@pytest.mark.parametrize(
+    ("away", "status"),
+    [(1e-3, rs.Status.OK), (1e-5, rs.Status.OK), (1e-9, rs.Status.ILL_CONDITIONED)],
+)
+def test_loops_that_are_nearly_singular_leave_few_digits(away, status):
+    """A flat pantograph: heights follow from its stroke by a square root, of half the digits."""
+    lift = rs.load_linkage("double-pantograph")
+    answer = rs.stiffness(lift, {"screw": 0.1 - away})
+    assert answer.status == status
+    # Beside the true stiffness, proportional to the stroke that is left, up to what remains of it.
+    assert answer.matrix[2, 2] == pytest.approx(0.99e6 * away, rel=1e-2)

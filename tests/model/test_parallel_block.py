@@ -59,12 +59,6 @@ def test_compliance_may_hide_in_any_branch():
     ).has_compliance
 
 
-def test_a_leg_with_a_block_asks_for_the_pose_of_home():
-    leg = rs.Leg("arm", Frame.identity(), nested(), Frame.identity())
-    with pytest.raises(rs.InputError, match="joint coordinates alone could leave its loops open"):
-        rs.Robot("arm", (leg,))
-
-
 HERE = rs.Frame(np.eye(3), np.zeros(3))
 
 

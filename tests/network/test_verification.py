@@ -1,10 +1,6 @@
 """`verify` sees that methods agree, and sees planted errors."""
 
-import json
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +13,7 @@ from robostiff.network import energy, network_of_snapshot
 from tests.analysis.kernels.cases import around_home, model, row
 from tests.campaign import placed
 from tests.cases.reference_case import case
-from tests.network.frames import GRAPH_NAMES, GRAPHS, ball, chain_of_beams, graph
+from tests.network.frames import GRAPH_NAMES, ball, chain_of_beams, graph
 
 ROBOT = "gough-stewart-b-beams"
 
@@ -101,28 +97,6 @@ def test_a_wrong_beam_is_seen(monkeypatch):
     monkeypatch.setattr(energy, "beam_stiffness_12", wrong)
     result = verify(chain_of_beams(np.array([[0, 0, 0], [1.0, 0, 0]]), 3))
     assert not result.agree
-
-
-def run(*arguments):
-    program = Path(sys.executable).with_name("robostiff")
-    return subprocess.run([str(program), *arguments], capture_output=True, text=True, check=False)
-
-
-def test_the_command_agrees():
-    done = run("verify", "hexapod", "--pose", "10 mm 0 0.9 0 0 5 deg", "--json")
-    assert done.returncode == 0
-    data = json.loads(done.stdout)
-    assert data["agree"]
-    assert [c["method"] for c in data["comparisons"]][-2:] == ["network", "energy"]
-    assert max(c["distance"] for c in data["comparisons"] if c["distance"]) < 1e-12
-
-
-def test_the_command_reads_graphs_and_refuses_their_poses():
-    path = str(GRAPHS / f"{GRAPH_NAMES[1]}.json")
-    done = run("verify", path)
-    assert done.returncode == 0
-    assert "methods agree" in done.stdout
-    assert run("verify", path, "--pose", "0 0 0 0 0 0").returncode == 2
 
 
 def test_the_command_exits_with_one_when_methods_differ(monkeypatch, capsys):

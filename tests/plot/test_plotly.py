@@ -60,11 +60,6 @@ def test_lines_of_the_robot_are_those_of_the_picture():
     assert named == [item.label for item in picture.items if item.label]
 
 
-def test_charts_are_left_to_matplotlib():
-    with pytest.raises(rs.InputError, match=r"got 'bars'.*write backend=rs\.plot\.Matplotlib"):
-        rs.plot.energy_shares(hexapod_deflection(), backend=PLOTLY)
-
-
 def test_surface_is_that_of_the_picture():
     found = tripod_map()
     level = float(found.worst_deflection.median())

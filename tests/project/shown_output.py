@@ -4,7 +4,7 @@ Three kinds of fenced blocks are looked at:
 
 * ``console``: lines that begin with ``$ robostiff`` or ``$ python`` and what they print;
 * ``python`` followed at once by ``text``: a script and what it prints;
-* ``pycon``: doctests (see test_docs_examples.py).
+* ``pycon``: doctests (see test_documents_in_step.py).
 
     python -m tests.project.shown_output        writes all shown output again
 """

@@ -160,16 +160,6 @@ def test_everything_but_extras_works_and_every_public_name_is_there_without_them
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_pictures_and_reports_load_no_stores_of_maps():
-    packages = "robostiff.plot, robostiff.report, robostiff_view.page"
-    code = f"import sys, {packages}; print(*sys.modules)"
-    loaded = subprocess.run(
-        [sys.executable, "-c", code], check=True, capture_output=True, text=True
-    ).stdout.split()
-    stores = {"zarr", "google_crc32c", "xarray", "dask", "h5py", "robostiff.analysis.maps.store"}
-    assert not stores & set(loaded)
-
-
 #: What is missing for a command, and the extra that has it.
 NEEDED = {
     "map hexapod --x '0 0.1 3' -o map.nc": ("maps", "maps"),

@@ -102,26 +102,40 @@ def test_commands_load_what_they_use():
     assert {"robostiff.kinematics", "robostiff.page"} <= page
 
 
-def test_one_matrix_of_a_robot_of_legs_loads_no_other_kinds_of_robots():
-    code = "import sys, robostiff as rs; rs.stiffness(rs.load('hexapod')).K; print(*sys.modules)"
-    program = [sys.executable, "-c", code]
-    loaded = set(subprocess.run(program, check=True, capture_output=True, text=True).stdout.split())
-    others = {
-        *("model.cable", "io.model_file.cables", "network.network", "linkage.linkage"),
-        *("kinematics.formula", "kinematics.postures"),
-    }
-    assert not {f"robostiff.{name}" for name in others} & loaded
-    assert "robostiff.model.robot" in loaded
+#: What is run, and what it loads: of all modules none of these, and of robostiff this one.
+IMPORTS: dict[str, tuple[set[str], str]] = {
+    "rs.plot.matrix": ({"matplotlib", "plotly", "xarray"}, "plot"),
+    "from robostiff import robots; robots.shipped_robots()": (
+        {"pydantic", "pint", "yaml", "numpy", "scipy"},
+        "robots",
+    ),
+    "import robostiff.report, robostiff_view.page; rs.plot.robot": (
+        {"zarr", "google_crc32c", "xarray", "dask", "h5py", "robostiff.analysis.maps.store"},
+        "report",
+    ),
+    "rs.stiffness(rs.load('hexapod')).K": (
+        {
+            *("robostiff.model.cable", "robostiff.io.model_file.cables"),
+            *("robostiff.network.network", "robostiff.linkage.linkage"),
+            *("robostiff.kinematics.formula", "robostiff.kinematics.postures"),
+        },
+        "model.robot",
+    ),
+    "rs.compile_loaded(rs.load('3-rpr-beams'), backend=rs.Backend.ARRAYS)": (
+        {"sympy"},
+        "recorded.robot",
+    ),
+}
 
 
-def test_a_robot_in_numbers_is_recorded_without_sympy():
-    taken = "robot = rs.load('3-rpr-beams'); rs.compile_loaded(robot, backend=rs.Backend.ARRAYS)"
-    code = f"import sys, robostiff as rs; {taken}; print(*sys.modules)"
-    program, off = [sys.executable, "-c", code], os.environ | {"ROBOSTIFF_CACHE": "off"}
+@pytest.mark.parametrize("code", IMPORTS)
+def test_no_more_is_loaded_than_is_needed(code):
+    program = [sys.executable, "-c", f"import sys, robostiff as rs; {code}; print(*sys.modules)"]
+    off = os.environ | {"ROBOSTIFF_CACHE": "off"}
     done = subprocess.run(program, check=True, capture_output=True, text=True, env=off)
-    loaded = set(done.stdout.split())
-    assert "robostiff.recorded.robot" in loaded
-    assert "sympy" not in loaded
+    absent, there = IMPORTS[code]
+    assert not absent & set(done.stdout.split())
+    assert f"robostiff.{there}" in done.stdout.split()
 
 
 def test_a_package_and_its_names_are_in_step():

@@ -1,4 +1,6 @@
-"""What theory says of each architecture: freedoms, over-constraint, and a law of its own."""
+"""What theory says of each architecture: freedoms, over-constraint, and laws of its own."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,6 +8,7 @@ from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
+from robostiff.elasticity import material, tube
 from robostiff.elastostatics import Status
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
@@ -191,3 +194,120 @@ def test_scara_stays_as_stiff_across_its_plane_when_its_motors_do_nothing():
     across = np.ix_([2, 3, 4], [2, 3, 4])
     np.testing.assert_allclose(C_soft[across], C[across], rtol=1e-6, atol=1e-12)
     assert (np.diag(C_soft)[[0, 1, 5]] > 100 * np.diag(C)[[0, 1, 5]]).all()
+
+
+HALF_CROSSBAR = 0.06  # m
+MIRROR = np.diag([-1.0, 1, 1, 1, -1, -1])  # x to -x, for twists
+
+
+@pytest.fixture(scope="module")
+def posture():
+    finder = PostureFinder(shipped("h4"))
+    return finder.find(np.vstack([finder.home_pose, random_poses("h4", finder, 20)]))
+
+
+def test_four_freedoms_and_no_constraint_too_many(posture):
+    """A pair of arms resists a couple for each arm; its hinge passes one of the two on."""
+    assert posture.reached.all()
+    for i in range(len(posture.pose)):
+        snapshot = posture.snapshot.one(i)
+        free, surplus = freedoms_between(snapshot.legs, snapshot.reference_point)
+        assert (free.shape[1], surplus) == (4, 0)
+        for leg in snapshot.legs:
+            (block,) = (e for e in leg.elements if isinstance(e, PlacedBlock))
+            bar, _ = freedoms_between(block.branches, snapshot.reference_point)
+            assert bar.shape[1] == 4
+
+
+def test_bars_translate_and_the_crossbar_turns_between_them(posture):
+    """Pierrot and Company: hinges follow the turn, and their middle is the platform."""
+    hinges = np.stack([list(leg.freedoms)[-1].point for leg in posture.snapshot.legs])
+    turn = posture.pose[:, 5]
+    across = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=-1)
+    np.testing.assert_allclose(hinges.mean(axis=0), posture.pose[:, :3], atol=1e-12)
+    np.testing.assert_allclose(hinges[0] - hinges[1], 2 * HALF_CROSSBAR * across, atol=1e-12)
+    for q in posture.coordinates:
+        np.testing.assert_allclose(q[:, -1], turn, atol=1e-10)
+
+
+def test_home_is_symmetric_about_the_plane_between_the_bars():
+    K = rs.stiffness(shipped("h4")).K
+    assert distance(MIRROR @ K @ MIRROR, K) < 1e-12
+
+
+def from_four_sides() -> str:
+    """The model file with its two pairs opposite to each other."""
+    text = robot_file("h4").read_text()
+    for old, new in [
+        ("at_y: d, end_y: d", "at_y: side*d, end_y: side*d"),
+        ("at_y: -(d + R), end_y: -d", "at_y: -side*(d + R), end_y: -side*d"),
+        ("azimuth: -90 deg", "azimuth: -side*90 deg"),
+        ("coordinates: [x, y, z, rz]", ""),
+    ]:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    return text
+
+
+def test_with_arms_from_four_sides_the_nacelle_could_tilt():
+    """Both pairs then resist the same couple, along the lines across their middle."""
+    robot = model_from_document(parse_document(from_four_sides()))
+    assert isinstance(robot, Robot)
+    assert len(robot.coordinates) == 5
+    result = rs.stiffness(robot)
+    assert result.status == Status.FREE_MOTIONS
+    snapshot = rs.find_posture(robot).snapshot.one(0)
+    turned = Rotation.from_euler("z", 180, degrees=True).as_matrix()
+    R = np.kron(np.eye(2), turned)
+    assert distance(R @ result.K @ R.T, result.K) < 1e-12
+    free, _ = freedoms_between(snapshot.legs, snapshot.reference_point)
+    assert free.shape[1] == 5
+
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+MODEL = EXAMPLES / "orthoglide-3-puu.yaml"
+STEEL, BAR = material("steel"), tube(0.016, 0.012)
+LENGTH, BETWEEN, DRIVE = 0.6, 0.1, 1.5e7
+S = np.linspace(-0.12, 0.24, 10)
+ALONG_ALL = np.outer(S, [1, 1, 1])
+
+
+def both(parameters=None):
+    """K along the diagonal of the Orthoglide and of the 3-PUU."""
+    robots = rs.load("orthoglide", parameters), rs.load(MODEL, parameters)
+    return [rs.stiffness(robot, ALONG_ALL).K for robot in robots]
+
+
+def test_closed_forms_at_the_centre():
+    torsion = 2 * STEEL.G * BAR.J / LENGTH
+    pulled = STEEL.E * BAR.A * BETWEEN**2 / (2 * LENGTH)
+    sheared = 6 * STEEL.E * BAR.Iy * BETWEEN**2 / LENGTH**3
+    along = 1 / (1 / DRIVE + LENGTH / (2 * STEEL.E * BAR.A))
+    turning = pulled + torsion + sheared, torsion
+    for name, K_rr in zip(("orthoglide", MODEL), turning, strict=True):
+        K = rs.stiffness(rs.load(name)).K
+        assert distance(K, np.diag([along] * 3 + [K_rr] * 3)) < 1e-10
+    assert turning[0] / turning[1] == pytest.approx(131.1, abs=0.05)
+    nearly = 4 * (1 + STEEL.poisson_ratio) * BETWEEN**2 / (0.016**2 + 0.012**2)
+    assert nearly == pytest.approx(turning[0] / turning[1], rel=0.01)
+
+
+def test_translation_blocks_are_the_same_sum_over_the_bars():
+    robot = rs.load(MODEL)
+    assert isinstance(robot, Robot)
+    finder = PostureFinder(robot)
+    snapshot = finder.find(ALONG_ALL).snapshot
+    with_loops, without = both()
+    for i in range(len(S)):
+        K_tt = np.zeros((3, 3))
+        for leg, e in zip(snapshot.one(i).legs, np.eye(3), strict=True):
+            near, far = (list(leg.freedoms)[place].point for place in (1, 3))
+            u = (far - near) / LENGTH
+            K_tt += np.outer(u, u) / ((u @ e) ** 2 / DRIVE + LENGTH / (2 * STEEL.E * BAR.A))
+        for K in (with_loops[i], without[i]):
+            np.testing.assert_allclose(K[:3, :3], K_tt, atol=1e-8 * K_tt.max())
+
+
+def test_legs_that_end_at_the_tool_make_both_alike_against_forces():
+    one, other = (np.linalg.inv(K)[:, :3, :3] for K in both({"r": "0"}))
+    np.testing.assert_allclose(other, one, atol=1e-8 * np.abs(one).max())

@@ -7,8 +7,7 @@ import pytest
 
 import robostiff as rs
 from robostiff import Status
-from robostiff.model import Actuated, Chain, Leg, Locked, Rigid, Robot, prismatic, revolute
-from robostiff.spatial import Frame
+from robostiff.model import Robot
 from tests.files import FILES
 
 
@@ -49,20 +48,3 @@ def test_at_many_poses_and_once_a_record_would_pay_the_answer_is_the_same(tricep
         last = rs.stiffness(tricept, pose).compliance
         assert last is not None
         np.testing.assert_allclose(last, C, rtol=1e-12, atol=1e-22)
-
-
-def leg(name: str, role: Any) -> Leg:
-    slide = prismatic([0, 0, 1], role, name="slide")
-    return Leg(name, Frame.identity(), Chain((slide,)), Frame.identity())
-
-
-def test_a_rigid_leg_that_cannot_move_and_a_robot_without_compliance_are_refused():
-    with pytest.raises(rs.InputError, match="'a': got no compliance at all"):
-        leg("a", Actuated())
-    with pytest.raises(rs.InputError, match="'a': got no compliance at all"):
-        leg("a", Locked())
-    with pytest.raises(rs.InputError, match="'a': got no compliance at all"):
-        Robot("robot", (leg("a", rs.Passive()), leg("b", rs.Passive())), home=Frame.identity())
-    hinge = Chain((revolute([0, 0, 1], rs.Passive(), name="hinge"), Rigid(Frame.identity())))
-    with pytest.raises(rs.InputError, match="'arm': got no compliance at all"):
-        Robot("robot", (Leg("arm", Frame.identity(), hinge, Frame.identity()),))

@@ -1,4 +1,6 @@
-"""Laws: small loads, rates of equilibria, order, frame and unit."""
+"""Laws of equilibria: small loads, rates, order, frame and unit."""
+
+from typing import Any
 
 import numpy as np
 import pytest
@@ -6,7 +8,11 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.elasticity import elasticity_from_stiffness
+from robostiff.io.document import parse_document
+from robostiff.io.model_file import model_from_document
 from robostiff.model import Actuated, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
+from robostiff.spatial.rotation import matrix_of_rotation
+from robostiff.statics.chains.moving_chain import FURTHEST_TURN, FiniteTurn
 from tests.campaign.ways import in_frame
 from tests.cases.metric import distance
 from tests.statics.robots_under_load import beam_legs, case, loaded
@@ -74,7 +80,7 @@ def test_a_nut_advances_while_it_turns():
 
 
 def test_the_frame_does_not_matter():
-    """Nor does the unit, see test_units_of_equilibria.py."""
+    """Nor does the unit, see below."""
     robot = asymmetric()
     Q = Rotation.from_rotvec([0.3, -1.1, 0.7]).as_matrix()
     other = in_frame(robot, Q, np.array([0.4, -2, 1.0]), 1.0)
@@ -82,3 +88,61 @@ def test_the_frame_does_not_matter():
     one, two = loaded(robot, wrench=WRENCH), loaded(other, wrench=B @ WRENCH)
     assert distance(two.K, B @ one.K @ B.T) < 1e-9
     assert np.isclose(two.margin, one.margin, rtol=1e-7)
+
+
+HEAD = """\
+robostiff: 1
+name: tilting head
+source: a test
+parameters: {size: 1, force: 1}
+materials: {metal: {E: force*210 GPa, poisson_ratio: 0.3, density: 7850 kg/m^3}}
+home: {at: [0, 0, size*500 mm]}
+legs:
+  - repeat: {count: 3, variable: i}
+    let: {phi: i*120 deg}
+    base: {at: [size*350 mm*cos(phi), size*350 mm*sin(phi), 0], turn: [{z: phi}]}
+    chain:
+      - {type: prismatic, axis: z, role: actuated, stiffness: force*size*1e8 N/m, home: size*100 mm}
+      - type: beam
+        to: [0, 0, size*50 mm]
+        material: metal
+        section: {tube: {outer_diameter: size*80 mm, inner_diameter: size*60 mm}}
+      - {type: revolute, axis: y, role: passive, home: -0.38}
+      - type: beam
+        to: [0, 0, size*400 mm]
+        material: metal
+        section: {tube: {outer_diameter: size*60 mm, inner_diameter: size*40 mm}}
+      - {type: spherical, role: passive, home: [0, 0.38, 0]}
+    platform: {at: [size*200 mm*cos(phi), size*200 mm*sin(phi), 0], turn: [{z: phi}]}
+"""
+PUSH = np.array([100.0, 40.0, -160.0, 6.0, 8.0, 4.0])
+
+
+def head(s: float, f: float) -> Any:
+    document = parse_document(HEAD, file="head.yaml")
+    return model_from_document(document, {"size": str(s), "force": str(f)})
+
+
+@pytest.mark.filterwarnings("ignore::robostiff.errors.PlausibilityWarning")
+@pytest.mark.parametrize(("s", "f"), [(1e-4, 1e4), (1e-2, 1e-4), (30, 1), (1e3, 1e-4)])
+def test_equilibria_and_modes(s, f):
+    lengths, forces = np.repeat([s, 1.0], 3), f * np.repeat([s**2, s**3], 3)
+    here = rs.equilibrium(head(1, 1), wrench=PUSH)
+    there = rs.equilibrium(head(s, f), wrench=forces * PUSH)
+    assert there.status is here.status is rs.Status.OK
+    np.testing.assert_allclose(there.displacement / lengths, here.displacement, rtol=1e-7)
+    assert there.margins == pytest.approx(here.margins, rel=1e-7)
+    K = there.K / np.outer(forces, 1 / lengths)
+    np.testing.assert_allclose(K, here.K, atol=1e-7 * np.max(here.K))
+    here, there = rs.modes(head(1, 1)), rs.modes(head(s, f))
+    frequencies = there.frequencies[:6] * s / np.sqrt(f)
+    np.testing.assert_allclose(frequencies, here.frequencies[:6], rtol=1e-7)
+
+
+def test_turns_have_one_value_on_both_sides_of_where_series_end():
+    axis = np.array([[0.36, 0.48, 0.8]])
+    inside, outside = (axis * FURTHEST_TURN * (1 + s * 1e-13) for s in (-1, 1))
+    near, far = FiniteTurn.of(inside), FiniteTurn.of(outside)
+    assert near.factors == pytest.approx(far.factors, rel=1e-10)
+    assert near.R == pytest.approx(matrix_of_rotation(inside), abs=1e-15)
+    assert far.R == pytest.approx(matrix_of_rotation(outside), abs=1e-15)

@@ -25,10 +25,6 @@ def start_of(machine: Any) -> dict[str, float]:
     return {slider.name: slider.factor * slider.start for slider in machine.sliders}
 
 
-def small_load(machine: Any) -> np.ndarray:
-    return np.arange(1.0, machine.space.size + 1)
-
-
 def numbers(html: str, symbol: str = "K(?:_C)?") -> np.ndarray:
     """Of the matrix in a page, with all their digits."""
     table = re.search(rf'<table[^>]*data-symbol="{symbol}".*?</table>', html, re.DOTALL)
@@ -151,7 +147,8 @@ def test_a_robot_whose_joints_are_in_one_point_has_sliders():
     machine = machine_of(rs.load("examples/ball-screws.yaml"))
     assert [slider.name for slider in machine.sliders] == ["x", "y"]
     assert machine.sliders[0].high == 500.0
-    assert machine.answer({"x": 0.1, "y": 0.0}, small_load(machine), Look()).status == "ok"
+    load = np.arange(1.0, machine.space.size + 1)
+    assert machine.answer({"x": 0.1, "y": 0.0}, load, Look()).status == "ok"
 
 
 def test_a_linkage_begins_where_its_joints_are_given():

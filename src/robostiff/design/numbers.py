@@ -98,10 +98,10 @@ class NumbersOfDesigns:
                 i, j = np.triu_indices(d)
                 C = np.empty((values.shape[1], d, d))
                 C[:, i, j] = C[:, j, i] = values.T
-                known, v = np.isfinite(C).all(axis=(1, 2)), np.full((len(C), d), np.nan)
+                is_known, v = np.isfinite(C).all(axis=(1, 2)), np.full((len(C), d), np.nan)
                 values = np.full(len(C), np.nan)
-                each, vectors = np.linalg.eigh(C[known])
-                values[known], v[known] = each[:, -1], vectors[:, :, -1]
+                each, vectors = np.linalg.eigh(C[is_known])
+                values[is_known], v[is_known] = each[:, -1], vectors[:, :, -1]
                 weights = v[:, i] * v[:, j] * np.where(i == j, 1, 2)
                 slopes = np.einsum("pk,kpn->pn", weights, slopes)
             numbers.append(values.reshape(-1, values.shape[-1])[0])

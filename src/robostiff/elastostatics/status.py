@@ -85,26 +85,21 @@ _ADVICE = {
         "align the joint exactly, or give the very stiff parts as rigid"
     ),
     Status.BEYOND_LIMITS: (
-        "an actuator, or the tension of a cable, is beyond its limits: the machine cannot stand at "
-        "this pose"
+        "a coordinate or a force is beyond its limits: the machine cannot stand at this pose"
     ),
     Status.RIGID_DIRECTION: (
         "a wrench is carried without meeting any compliance, so the stiffness is infinite and no "
         "matrix exists: give a link or an actuator on that path its elasticity, or move an arm "
         "with rigid links out of its singular posture"
     ),
-    Status.FORM_DOES_NOT_HOLD: (
-        "the form asked for does not hold here: use the wrench basis form, which always does; "
-        "for tensions of cables NearestTensions, which finds them where they exist"
-    ),
+    Status.FORM_DOES_NOT_HOLD: "the form asked for does not hold here: use the default, which does",
     Status.UNREACHABLE: (
-        "a leg cannot reach the pose, or only in another assembly mode than at home: move the "
-        "pose, or check the leg's dimensions; or a cable has no length there"
+        "the pose cannot be reached, or only in another assembly mode than at home: move the pose, "
+        "or check the dimensions"
     ),
     Status.UNBALANCED: (
-        "the load does work on a free motion, so the platform runs away instead of deflecting: "
-        "apply a load that does no work on free motions, or hold them; or given tensions of cables "
-        "do not balance weight and wrench: missing_wrench is what is lacking"
+        "forces are not in balance, so the platform runs away instead of deflecting: apply a load "
+        "that does no work on free motions, hold these motions, or give other forces"
     ),
     Status.UNSTABLE: (
         "the robot does not stay in this equilibrium: the least disturbance moves it away; lower "

@@ -114,7 +114,10 @@ def with_unknowns(
                 f"parameter of {robot.name!r} {purpose}",
                 got=pattern,
                 expected="one of " + ", ".join(names[:40]),
-                hint='parameters of a file are symbols of rs.load(file, symbols=("upper",))',
+                hint=None
+                if "/" in pattern
+                else "parameters of a model file are found by "
+                'commands, and of rs.load(file, symbols=("upper",)) in Python',
             )
     for pattern in patterns:
         taken = {name for members in groups.values() for name in members}

@@ -21,6 +21,7 @@ from robostiff.io.units import Dimension, parse_quantity, to_si
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.model import Robot
+from robostiff.spatial import Space
 
 _MOST_BYTES = 2_000_000_000
 _LARGEST = 1e30
@@ -193,7 +194,9 @@ def _columns_of(
                     "name of a column",
                     got=heading.strip(),
                     expected=f"one of {', '.join(units)}",
-                    hint=did_you_mean(name, units),
+                    hint="a map has one wrench, --wrench or wrench=; compensate reads forces"
+                    if name in Space.SPATIAL.wrench_order
+                    else did_you_mean(name, units),
                 )
             like = difflib.get_close_matches(name.casefold(), absent, 1, _SIMILAR)
             if like and name not in not_here:

@@ -24,6 +24,7 @@ from robostiff.linkage.linkage import (
     moved_bodies,
 )
 from robostiff.model import Actuated
+from robostiff.model.subject import Subject
 from robostiff.network import Network
 from robostiff.recorded.parameters import COUNT
 from robostiff.spatial import Frame, Screw
@@ -53,6 +54,7 @@ class DrivenLinkage:
     part: Linkage
     drives: tuple[str, ...]
     home: Configuration
+    __getstate__ = Subject.__getstate__  # without the answers that are kept
 
     @classmethod
     def of(cls, linkage: Linkage, joints: Sequence[str] | None = None) -> DrivenLinkage:

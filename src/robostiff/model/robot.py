@@ -170,16 +170,13 @@ class Robot(Symbolic, Subject):
         object.__setattr__(self, "legs", tuple(legs))
         object.__setattr__(self, "springs", tuple(self.springs))
         check_distinct("names of the springs", [spring.name for spring in self.springs])
-        if self.home is None and any(leg.chain.has_blocks for leg in self.legs):
+        if self.home is None and (len(self.legs) > 1 or any(x.chain.has_blocks for x in self.legs)):
             raise InputError(
                 f"home pose of {self.name!r}",
-                expected="the pose of the platform, for a leg with parallel blocks",
-                hint="joint coordinates alone could leave its loops open",
-            )
-        if self.home is None and not self.is_serial:
-            raise InputError(
-                f"home pose of {self.name!r}",
-                expected="the pose of the platform, for a robot with several legs",
+                got=Words("none"),
+                expected="the pose of the platform of a robot with several legs or parallel blocks",
+                hint="write home: {at: [0, 0, 800 mm]}, home=Frame(np.eye(3), [0, 0, 0.8]) in "
+                "Python",
             )
         if self.platform is not None:
             _ = self.holds

@@ -40,6 +40,7 @@ from robostiff.model import (
     PlacedSpring,
     Robot,
     Snapshot,
+    Telescope,
 )
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
@@ -294,7 +295,7 @@ def parts_at_home(robot: Any) -> dict[str, list[dict[str, Any]]]:
     for leg, placed, q in legs:
         joints = map(float, leg.chain.joint_coordinates(np.ravel(q)))
         known = dict(zip(leg.chain.joint_names, joints, strict=True))
-        lengths = dict(_lengths(leg.chain, ""))
+        lengths = dict(_lengths(leg.chain, "", known))
         parts[leg.name] = [_part(part, known, lengths) for part in placed.parts]
     return parts
 
@@ -436,11 +437,16 @@ def _in_a_row(values: list[float | None]) -> str:
     return "rigid" if set(words) == {"rigid"} else ", ".join(words)
 
 
-def _lengths(chain: Chain, prefix: str) -> Iterator[tuple[str, float]]:
+def _lengths(chain: Chain, prefix: str, q: dict[str, float]) -> Iterator[tuple[str, float]]:
     for element in chain.elements:
         if isinstance(element, ParallelBlock):
             for branch in element.branches:
-                yield from _lengths(branch.chain, f"{prefix}{element.name}/{branch.name}/")
+                yield from _lengths(branch.chain, f"{prefix}{element.name}/{branch.name}/", q)
+        elif isinstance(element, Telescope):
+            name = f"{prefix}{element.name}"
+            for i, beam in enumerate(element.beams, 1):
+                label = f"{name}.beam{i if len(element.beams) > 1 else ''}"
+                yield label, float(beam.fixed + beam.share * q[name])
         elif isinstance(element, Link):
             length = float(np.linalg.norm(element.to.astype(float)))
             if length:

@@ -15,7 +15,7 @@ import robostiff as rs
 from robostiff.analysis import compiled_stiffness
 from robostiff.record import Program, Record, least, sine
 from tests.analysis.kernels.cases import around_home, model
-from tests.linkage.test_maps_of_linkages import FOUR_BAR
+from tests.linkage.test_compiled_linkages import FOUR_BAR
 
 RECORDED = "robostiff.analysis.recording.recorded_parts"
 UNDER_LOAD = "robostiff.statics.kernels.compile.record_loading"

@@ -1,7 +1,6 @@
 """Maps of cable robots: pose by pose the answers of single poses, and of independent methods."""
 
 import json
-import re
 from dataclasses import replace
 from functools import cache
 
@@ -12,12 +11,10 @@ from scipy.optimize import linprog
 import robostiff as rs
 from robostiff import Quantity, Status
 from robostiff.cables import structure_matrix
-from robostiff.io.map_files import read_map
 from robostiff.model.cable import Cable, CableRobot, Weight
 from robostiff.spatial import Frame, Space
 from robostiff.spatial.rotation import matrix_of_rotation
 from tests.cables.machines import cable_robot, random_robot
-from tests.cli.running import Running
 
 GRIDS = {
     "cable-4-planar": rs.Grid(
@@ -273,16 +270,3 @@ def test_stores_are_continued_and_files_are_those_of_memory(tmp_path):
     other = replace(robot, tension_level=0.5)
     with pytest.raises(rs.InputError):
         rs.stiffness_map(other, grid, quantities, store=path, resume=True)
-
-
-def test_the_command_makes_a_map_and_draws_it(tmp_path):
-    axes = ["--x", "0.1 1.9 5", "--y", "0.1 1.4 4"]
-    picture = tmp_path / "map.svg"
-    words = ["cable-4-planar", *axes, "--quantity", "tensions", "-o", tmp_path / "map.nc"]
-    result = Running("map")(
-        *map(str, words), "--quantity", "principal-stiffness", "--plot", str(picture)
-    )
-    assert result.exit_code == 0, result.output
-    assert re.search(r"least least tension +20 N", result.output)
-    assert picture.stat().st_size > 1000
-    assert "least_tension" in read_map(tmp_path / "map.nc")

@@ -1,3 +1,5 @@
+"""Formulas as text, LaTeX and Typst: width, names, and documents that compile."""
+
 import os
 import re
 import subprocess
@@ -6,18 +8,29 @@ from pathlib import Path
 
 import pytest
 import sympy as sp
+from hypothesis import given
+from hypothesis import strategies as st
 
 import robostiff as rs
 from robostiff.analytic import Derivation, Steps, compliance_steps, differentiate
-from robostiff.analytic.export import derivation_text
+from robostiff.analytic.export import (
+    derivation_latex,
+    derivation_markdown,
+    derivation_pdf,
+    derivation_text,
+    derivation_typst,
+)
 from robostiff.analytic.export.blocks import (
     EquationRows,
     FormulaTable,
     MatrixEquation,
     Nomenclature,
 )
+from robostiff.analytic.export.languages import LATEX, latex_words
 from robostiff.analytic.export.outline import outline_of
+from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL
+from tests.analytic.export.expressions import expressions
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -117,3 +130,116 @@ def test_output_does_not_depend_on_the_hash_seed():
         )
         outputs.add(done.stdout)
     assert len(outputs) == 1
+
+
+def without_escapes(text):
+    return re.sub(r"\\[\\{}#$%&_]", "", text)
+
+
+def check_balance(text):
+    """Braces close what they open; so do environments, in order; rows have equal lengths."""
+    depth = 0
+    for character in without_escapes(text):
+        depth += (character == "{") - (character == "}")
+        assert depth >= 0
+    assert depth == 0
+    open_environments = []
+    for kind, name in re.findall(r"\\(begin|end)\{([a-z*]+)\}", text):
+        if kind == "begin":
+            open_environments.append(name)
+        else:
+            assert open_environments.pop() == name
+    assert not open_environments
+    for body in re.findall(r"\\begin\{bmatrix\}(.*?)\\end\{bmatrix\}", text, re.DOTALL):
+        assert len({row.count("&") for row in body.split(r"\\")}) == 1
+    assert text.count(r"\left") == text.count(r"\right")
+    assert text.count(r"\bigl(") == text.count(r"\bigr)")
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_latex_and_markdown_are_well_formed(name):
+    text = derivation_latex(ALL[name])
+    check_balance(text)
+    assert text.count(r"\[") - text.count(r"\\[") == text.count(r"\]")
+    assert without_escapes(text).count("$") % 2 == 0
+    assert text.isascii() or name == "badly_named"
+    text = derivation_markdown(ALL[name])
+    check_balance(text)
+    assert text.count("$$") % 2 == 0
+    for formula in re.findall(r"\$\$\n(.*?)\n\$\$", text, re.DOTALL):
+        # A blank line would end the formula.
+        assert "\n\n" not in formula
+        assert "align*" not in formula
+
+
+@given(st.text(max_size=20))
+def test_no_name_breaks_the_document(name):
+    check_balance(LATEX.name(name or "x"))
+    check_balance(latex_words(name))
+    bare = without_escapes(latex_words(name))
+    assert not re.search(r"[#$%&_]", bare)
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("gough-stewart-b", {}),
+        ("delta", {"pose": rs.AtSymbols()}),
+        ("gough-stewart-b-beams", {"leg": "leg1"}),
+        ("agile-eye", {"leg": "leg x"}),
+    ],
+)
+def test_a_snippet_has_the_formula_alone_and_all_of_its_names(name, options):
+    derivation = rs.derive(name, **options)
+    snippet = derivation.latex()
+    check_balance(snippet)
+    assert "\\[" not in snippet.replace("\\\\[4pt]", "")
+    assert not any(word in snippet for word in ("paragraph", "section", "item", "tabular"))
+    named = getattr(derivation, "named", None) or derivation
+    lefts = {line.split("=")[0].strip(" &") for line in snippet.splitlines() if "=" in line}
+    right = "".join(line.partition("=")[2] or line for line in snippet.splitlines())
+    for d in named.definitions:
+        written = LATEX.name(d.symbol.name)
+        if written in right and d.expression.free_symbols:
+            assert written in lefts
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_displayed_formula_is_fitted_to_the_page_of_a_pdf(name, tmp_path):
+    body = derivation_typst(ALL[name]).split("\n= ", 1)[1]
+    displayed = re.findall(r"^(.*)\$ [^$]* \$", body, re.MULTILINE)
+    assert displayed
+    assert set(displayed) <= {"#fit(", "  "}
+    pytest.importorskip("typst")
+    path = tmp_path / "derivation.pdf"
+    derivation_pdf(ALL[name], path)
+    first = path.read_bytes()
+    assert first.startswith(b"%PDF-")
+    if name == "oblique":  # the same each time
+        derivation_pdf(ALL[name], path)
+        assert path.read_bytes() == first
+
+
+@given(st.lists(expressions, min_size=3, max_size=3), st.text(min_size=1, max_size=12))
+def test_any_expression_and_any_name_compile(entries, name):
+    typst = pytest.importorskip("typst")
+    K = sp.ImmutableMatrix(sp.diag(*entries[:2], entries[2] + sp.Symbol(name)))
+    source = derivation_typst(Derivation(name, K, (), K))
+    typst.compile(source.encode(), format="svg", ignore_system_fonts=True)
+
+
+def test_a_matrix_that_cannot_be_narrowed_takes_no_second_page():
+    typst = pytest.importorskip("typst")
+    # Names are not broken out, however long: the matrix is made smaller.
+    K = sp.ImmutableMatrix(
+        6, 6, lambda i, j: sp.Symbol("a_" + f"long{min(i, j)}{max(i, j)}name" * 4)
+    )
+    source = derivation_typst(Derivation("K_C", K, (), K))
+    pages = typst.compile(source.encode(), format="png", ppi=40)
+    assert isinstance(pages, bytes)
+
+
+def test_missing_package_says_what_to_install(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "typst", None)
+    with pytest.raises(InputError, match=r"pip install 'robostiff\[pdf\]'"):
+        derivation_pdf(ALL["equation_4"], tmp_path / "x.pdf")

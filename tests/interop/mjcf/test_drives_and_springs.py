@@ -136,6 +136,7 @@ LEFT_OUT = [
          '<site site="root"/></spatial></tendon>', "body": '<site name="root"/>'},
         "not read: tendons rope",
     ),
+    ({"drives": SERVOS, "head": '<option gravity="0 -9.81 0"/>'}, "not read: gravity 0 -9.81 0"),
     ({"drives": SERVOS + '<position site="tip" name="s" kp="3"/>'}, "drives of sites or bodies s"),
     (
         {"drives": SERVOS + '<muscle joint="j1" name="m" lengthrange="0 1"/>'},
@@ -183,6 +184,13 @@ def test_what_holds_a_robot_and_is_not_read_is_named(parts, words, tmp_path):
     named = words if "flexible" not in words else "not read: flexible bodies 0"
     with pytest.warns(rs.PlausibilityWarning, match=re.escape(named.replace("not read: ", ""))):
         rs.load(model, side=tmp_path / "s.yaml")
+
+
+def test_the_gravity_of_mujoco_and_none_are_passed_over(tmp_path):
+    side = "joints: {j1: {stiffness: 1000}, j2: {stiffness: 2000}}\n"
+    for gravity in ("0 0.0 -9.81", "0 0 0"):
+        head = f'<option gravity="{gravity}"/>'
+        assert _stiffnesses(tmp_path, _arm(SERVOS, head=head), side) == ([1000, 2000], [])
 
 
 def test_drives_and_springs_of_which_a_part_is_not_read(tmp_path):

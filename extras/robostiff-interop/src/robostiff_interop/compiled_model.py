@@ -200,9 +200,17 @@ def _kept_servo(drive: XmlElement) -> XmlElement:
     return XmlElement(tag, kept, drive.location, [])
 
 
+def _pulls(gravity: list[str]) -> bool:
+    """Whether gravity is another than none, as here, and than the one of MuJoCo."""
+    numbers = [number.strip("0. ") for number in gravity]
+    return any(numbers) and numbers != ["", "", "-9.81"]
+
+
 def _parts_not_read(root: XmlElement) -> dict[str, list[tuple[str, Location]]]:
     """What moves or bends and is not read, by its kind: names and places."""
-    found: dict[str, list[tuple[str, Location]]] = {"tendons": []}
+    options = [own for own in _all(root) if own.tag == "option"]
+    written = [(own.attributes.get("gravity", ""), own.location) for own in options]
+    found = {"tendons": [], "gravity": [own for own in written if _pulls(own[0].split())]}
     tendons: list[XmlElement] = []
     pulled: set[str | None] = set()
     sprung = False  # by a class of defaults
@@ -379,7 +387,9 @@ def read_model(model: Any) -> CompiledModel:
     by_position = np.isin(kinds, ON_JOINTS) & (model.actuator_biastype > AFFINE)
     amounts = model.actuator_gainprm[:, 4], model.actuator_biasprm[:, 0]  # controller and cogging
     by_position &= (model.actuator_biastype != _OF_DCMOTOR) | np.any(amounts, axis=0)
+    gravity = [f"{acceleration:g}" for acceleration in model.opt.gravity]
     moving = {
+        "gravity": [" ".join(gravity)] * _pulls(gravity),
         "tendons": [
             model.tendon(i).name or str(i)
             for i in range(model.ntendon)

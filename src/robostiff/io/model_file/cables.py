@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from robostiff.frozen import replace
 from robostiff.io.model_file.chains import OneOrSeveral, WrittenRepeat, each_of
 from robostiff.io.model_file.place import (
     Force,
@@ -108,9 +109,9 @@ class WrittenCableRobot(WrittenHead):
                 home=self.home.build(top / "home"),
                 weight=weight,
                 reference_point=(top / "reference_point").point(self.reference_point),
-                tension_level=limits["level"],
                 space=Space.PLANAR if self.planar else Space.SPATIAL,
                 title=self.title,
                 source=self.source,
             )
-        return robot, []
+        with (top / "tensions" / "level").complaints():
+            return replace(robot, tension_level=limits["level"]), []

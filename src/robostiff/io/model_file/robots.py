@@ -97,18 +97,11 @@ class WrittenRobot(WrittenPosed, WrittenStock):
         platform = None if self.platform is None else self.platform.build(here)
         legs = build_legs(top / "legs", self.legs)
         legs = attached(legs, platform, here, self.platform, holds)
-        home = None if self.home is None else self.home.build(top / "home")
-        if home is None and len(legs) > 1:
-            raise (top / "home").error(
-                "missing key",
-                hint="home is the pose of the platform, for a robot with several legs; write "
-                "home: {at: [0, 0, 800 mm]} or the like",
-            )
         with top.complaints():
             robot = Robot(
                 name=self.name,
                 legs=tuple(leg for _, leg in legs),
-                home=home,
+                home=None if self.home is None else self.home.build(top / "home"),
                 coordinates=_coordinates(top / "coordinates", self),
                 space=Space.PLANAR if self.planar else Space.SPATIAL,
                 title=self.title,

@@ -130,6 +130,7 @@ class SolvedOnDemand(OnDemand):
         for robot, part in self.parameters.groups(wanted):
             try:
                 postures = postures_of(robot, self._postures(part), None)
+                posture = postures.posture
             except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
                 self.update((k, Solution(Status.UNREACHABLE)) for k in part.tolist())
                 yield part, None
@@ -148,7 +149,7 @@ class SolvedOnDemand(OnDemand):
                     problem = replace(loaded.problem, dead=replace(dead, levers=total))
                     loaded = replace(loaded, problem=problem)
                 self[k] = solved(loaded, self.F[k])
-            yield part, postures.posture
+            yield part, posture
 
 
 @frozen(repr=False)

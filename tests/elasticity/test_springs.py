@@ -1,20 +1,30 @@
-"""Springs from 6x6 matrices: inverse, pseudo-inverse and freedoms, units, frames, and messages."""
+"""Springs: from matrices, in numbers and in symbols, and as objects."""
+
+import dataclasses
 
 import numpy as np
 import pytest
+import sympy as sp
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from robostiff.elasticity import (
+    BeamSegment,
     Elasticity,
+    Material,
     beam_compliance,
+    circle,
     elasticity_from_compliance,
     elasticity_from_stiffness,
     material,
     moved,
     rectangle,
+    rotational_spring,
+    tapered_compliance,
+    translational_spring,
 )
+from robostiff.errors import InputError
 
 seeds = st.integers(0, 2**32 - 1)
 ranks = st.integers(0, 6)
@@ -149,3 +159,128 @@ def test_moved_batches():
     far = moved(Elasticity(C), np.eye(3), [0, 0, 1]).compliance
     single = moved(Elasticity(C[1]), np.eye(3), [0, 0, 1]).compliance
     np.testing.assert_allclose(far[1], single, rtol=1e-14, atol=0)
+
+
+def test_arrays_are_copied_and_read_only():
+    C, N = np.eye(6), np.eye(6)[:, :2]
+    spring = Elasticity(C, N)
+    C[0, 0] = N[0, 0] = 7
+    assert spring.compliance[0, 0] == spring.freedoms[0, 0] == 1
+    with pytest.raises(ValueError, match="read-only"):
+        spring.compliance[0, 0] = 2
+    with pytest.raises(ValueError, match="read-only"):
+        spring.freedoms[0, 0] = 2
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        spring.compliance = C  # type: ignore[misc]
+
+
+def test_no_freedoms_unless_given():
+    a, b = Elasticity(np.eye(6)), Elasticity(np.eye(6))
+    assert a.freedoms.shape == (6, 0)
+    assert a.freedoms is not b.freedoms
+
+
+def test_batches_and_integers():
+    spring = Elasticity(np.zeros((4, 2, 6, 6), dtype=int))
+    assert spring.compliance.shape == (4, 2, 6, 6)
+    assert spring.compliance.dtype == np.float64
+
+
+def test_symbolic_entries_stay():
+    k = sp.Symbol("k")
+    compliance = np.full((6, 6), 0, dtype=object)
+    compliance[0, 0] = 1 / k
+    assert Elasticity(compliance).compliance[0, 0] == 1 / k
+
+
+@pytest.mark.parametrize(
+    ("make", "block"), [(translational_spring, slice(0, 3)), (rotational_spring, slice(3, 6))]
+)
+def test_springs_along_one_axis(make, block):
+    axis = np.array([1.0, -2.0, 2.0])
+    spring = make(4e3, axis)
+    assert spring.freedoms.shape == (6, 0)
+    compliance = spring.compliance[block, block]
+    np.testing.assert_allclose(compliance @ axis, axis / 4e3, rtol=1e-14)
+    np.testing.assert_allclose(compliance @ [0, 1, 1], 0, atol=1e-19)
+    rest = spring.compliance.copy()
+    rest[block, block] = 0
+    assert (rest == 0).all()
+    np.testing.assert_allclose(make(4e3, -3 * axis).compliance, spring.compliance, rtol=1e-14)
+
+
+k, c, L, d = sp.symbols("k c L d", positive=True)
+VALUES = {k: 3e6, c: 2e3, L: 0.4, d: 0.02}
+
+
+def at_values(formulas):
+    return np.array(sp.Matrix(np.atleast_2d(formulas)).subs(VALUES).tolist(), dtype=float)
+
+
+def test_coupled_stiffness_is_inverted():
+    K = sp.diag(k, k, 2 * k, c, c, c)
+    K[1, 5] = K[5, 1] = -k * L / 100
+    found = elasticity_from_stiffness(K)
+    wanted = elasticity_from_stiffness(at_values(K))
+    assert found.freedoms.shape == (6, 0)
+    np.testing.assert_allclose(at_values(found.compliance), wanted.compliance, rtol=1e-12)
+
+
+def test_zero_stiffness_is_a_freedom():
+    found = elasticity_from_stiffness(sp.diag(k, k, k, c, 0, c))
+    assert found.freedoms.T.tolist() == [[0, 0, 0, 0, 1, 0]]
+    assert found.compliance[3, 3] == 1 / c
+    assert found.compliance[4, 4] == 0
+
+
+def test_numbers_that_leave_a_coupled_direction_free_are_computed_as_numbers():
+    K = np.diag([2, 2, 2, 1, 1, 1]).astype(object)
+    K[0, 1] = K[1, 0] = 2
+    exact = np.vectorize(sp.Integer, otypes=[object])(K)
+    found, wanted = elasticity_from_stiffness(exact), elasticity_from_stiffness(K.astype(float))
+    np.testing.assert_array_equal(found.compliance, wanted.compliance)
+    assert found.freedoms.shape == (6, 1)
+
+
+def test_spring_is_moved_exactly():
+    a = sp.Symbol("a", real=True)
+    turn = [[sp.cos(a), -sp.sin(a), 0], [sp.sin(a), sp.cos(a), 0], [0, 0, 1]]
+    hinge = elasticity_from_compliance(sp.diag(0, 0, 0, 0, 0, 1 / c))
+    found = moved(hinge, turn, [L, 0, 0])
+    assert found.compliance[1, 1] == L**2 / c
+    assert found.compliance[1, 5] == L / c
+
+
+def test_two_halves_make_the_whole():
+    soft = Material("soft", E=2e11, G=8e10)
+    half = BeamSegment(L / 2, soft, circle(d))
+    halves = sp.Matrix(tapered_compliance([half, half]))
+    whole = sp.Matrix(tapered_compliance([BeamSegment(L, soft, circle(d))]))
+    assert sp.simplify(halves - whole) == sp.zeros(6, 6)
+
+
+def test_length_of_numbers_beside_a_symbolic_section_stays_exact():
+    segment = BeamSegment(0.25, Material("soft", E=2e11, G=8e10), circle(d))
+    found = tapered_compliance([segment, segment])
+    assert not any(sp.sympify(entry).has(sp.Float) for entry in found.flat)
+    assert found[0, 0] == sp.Rational(1, 10**11) / (sp.pi * d**2)
+
+
+def test_entries_beside_the_diagonal_are_bounded():
+    """Only the diagonal was: a matrix with a negative eigenvalue became a spring."""
+    e = sp.Symbol("e", real=True)
+    M = sp.diag(k, k, k, c, c, c)
+    M[1, 5] = M[5, 1] = e
+    for make in (elasticity_from_stiffness, elasticity_from_compliance):
+        (bound,) = make(M).bounds
+        assert sp.expand(bound.value - (k * c - e**2)) == 0
+        with pytest.raises(InputError, match="no negative eigenvalue"):
+            make(M.subs(e, 2 * sp.sqrt(k * c)))
+
+
+def test_a_compliance_that_vanishes_identically_is_no_bound():
+    """Of a lever, whose two rows are one."""
+    e = sp.Symbol("e", real=True)
+    M = sp.zeros(6)
+    M[:2, :2] = sp.Matrix([1, e]) * sp.Matrix([[1, e]]) / k
+    assert not elasticity_from_compliance(M).bounds
