@@ -164,8 +164,8 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     def none(status: Status) -> LoadedElements:
         return LoadedElements(stiffness.status | status)
 
-    is_lost = Status.UNREACHABLE not in stiffness.status and problem.at_rest.lacks_digits
-    if is_lost or Status.UNREACHABLE in stiffness.status or not loads_known(stiffness):
+    is_known = Status.UNREACHABLE not in stiffness.status and loads_known(stiffness)
+    if not is_known or problem.at_rest.lacks_digits:
         return none(Status.ILL_CONDITIONED if stiffness.status.has_stiffness else Status.OK)
     placed: Any = stiffness.placed()
     nothing, at_rest = np.zeros(problem.size), problem.unloaded

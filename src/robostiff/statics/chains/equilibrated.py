@@ -113,19 +113,6 @@ def solved(
     return x, lost
 
 
-def lack_digits(A: np.ndarray, rows: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Which legs (N,) have lost more directions than rigid parts and redundant joints explain."""
-    m, closure = sizes.shape[1], Closure.of(A, rows, sizes)
-    _, lost = solved(A, np.zeros((*A.shape[:2], 0)), unit_free(A, sizes, rows))
-    H = A[:, :m, :m] / (sizes[:, :, None] * sizes[:, None])
-    stiffness = np.abs(np.diagonal(H, axis1=1, axis2=2))
-    elastic = stiffness > _PASSIVE * np.max(stiffness, axis=1, keepdims=True, initial=0.0)
-    f = np.where(elastic, 1.0 / np.sqrt(np.where(elastic, stiffness, 1.0)), 0.0)
-    both = np.concatenate([f[:, :, None] * H * f[:, None], _scaled(A, rows, sizes)], axis=1)
-    redundant = _lost(np.linalg.svd(both, compute_uv=False), _LOST)
-    return lost > redundant + closure.deficits
-
-
 def _lost(values: np.ndarray, part: float) -> np.ndarray:
     """How many singular values (..., n) are none, or below a part of the largest."""
     return np.sum(values <= part * np.max(values, axis=-1, keepdims=True, initial=0.0), axis=-1)
@@ -151,6 +138,19 @@ class Closure:
         values = np.linalg.svd(_scaled(A, rows, sizes), compute_uv=False)
         ranks = values.shape[1] - _lost(values, _LOST)
         return Closure(rows, sizes, A.shape[1] - m - ranks)
+
+    def lacks_digits(self, A: np.ndarray) -> bool:
+        """Whether a leg has lost more directions than rigid parts and redundant joints explain."""
+        m = self.sizes.shape[1]
+        _, lost = solved(A, np.zeros((*A.shape[:2], 0)), unit_free(A, self.sizes, self.rows))
+        H = A[:, :m, :m] / (self.sizes[:, :, None] * self.sizes[:, None])
+        stiffness = np.abs(np.diagonal(H, axis1=1, axis2=2))
+        elastic = stiffness > _PASSIVE * np.max(stiffness, axis=1, keepdims=True, initial=0.0)
+        f = elastic / np.sqrt(np.where(elastic, stiffness, 1.0))
+        J = _scaled(A, self.rows, self.sizes)
+        both = np.concatenate([f[:, :, None] * H * f[:, None], J], axis=1)
+        redundant = _lost(np.linalg.svd(both, compute_uv=False), _LOST)
+        return bool(np.any(lost > redundant + self.deficits))
 
     def solve(
         self, A: np.ndarray, b: np.ndarray, refinements: int

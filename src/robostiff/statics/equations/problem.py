@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -10,13 +10,7 @@ import numpy as np
 from robostiff.frozen import field, frozen, replace
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import NOBODY, Share, Spot
-from robostiff.statics.chains.equilibrated import (
-    Closure,
-    HeldPlatform,
-    lack_digits,
-    solved,
-    unit_free,
-)
+from robostiff.statics.chains.equilibrated import Closure, HeldPlatform, solved, unit_free
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
 from robostiff.statics.chains.moving_chain import sum_of_crossed
 from robostiff.statics.chains.numbers import ComponentBlock
@@ -122,10 +116,9 @@ class Linearised:
     @cached_property
     def lacks_digits(self) -> bool:
         """Whether some leg is singular by rounding: what Newton's method finds is no answer."""
-        units = self.problem.units
+        blocks, each = self.equations.A, self.problem.closures_of
         return not self.regular and any(
-            np.any(lack_digits(A, units[b.at[0, b.free :]], units[b.coordinates]))
-            for b, A in zip(self.problem.blocks, self.equations.A, strict=True)
+            closure.lacks_digits(A) for closure, A in zip(each(blocks), blocks, strict=True)
         )
 
 
@@ -195,11 +188,15 @@ class EquilibriumProblem:
     @cached_property
     def closures(self) -> tuple[Closure, ...] | None:
         """Those of the legs, where some directions of theirs are missing."""
-        found = tuple(
-            Closure.of(A, self.units[block.at[0, block.free :]], self.units[block.coordinates])
-            for block, A in zip(self.blocks, self._plain.equations.A, strict=True)
-        )
+        found = self.closures_of(self._plain.equations.A)
         return found if any(np.any(closure.deficits) for closure in found) else None
+
+    def closures_of(self, tangents: Sequence[np.ndarray]) -> tuple[Closure, ...]:
+        """Those of the blocks of legs, by their tangents."""
+        return tuple(
+            Closure.of(A, self.units[block.at[0, block.free :]], self.units[block.coordinates])
+            for block, A in zip(self.blocks, tangents, strict=True)
+        )
 
     @property
     def missing(self) -> list[int]:
