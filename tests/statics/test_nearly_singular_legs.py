@@ -136,3 +136,16 @@ def test_a_pair_of_hinges_almost_in_one_place_carries_a_moment_or_says_that_digi
         truth = [1.31814776e-09, 1.04547347e-05, 5.16996356e-05]  # by 200 digits
         assert bent.twist == pytest.approx(truth, rel=1e-6)
         assert found.displacement == pytest.approx(1e-5 * np.array(truth), rel=1e-5)
+
+
+@pytest.mark.parametrize("beside", [1e-5, 1e-6])
+def test_batches_and_kernels_of_an_arm_whose_home_is_beside_its_singularity(beside: float):
+    rows = [rs.DHRow(a=a, alpha=t, d=d) for a, t, d in zip(LENGTHS, TWISTS, OFFSETS, strict=True)]
+    home = [0.3, -1.1, 1.2, -0.7, beside, 0.4]
+    standard = rs.DHConvention.STANDARD
+    robot = rs.serial_arm(rows, convention=standard, joint_stiffness=[STIFF] * 6, home=home)
+    there, wrench = rs.JointCoordinates(np.array([home, home])), 1e-4 * WRENCH
+    status = rs.Status.OK if beside > 3e-6 else rs.Status.ILL_CONDITIONED
+    assert np.all(rs.modes(robot, there, {"platform": 10}).status_codes == int(status))
+    by_kernel = rs.compile_loaded(robot).evaluate(there, np.array([wrench, wrench]))
+    assert np.all(by_kernel.status_codes == int(status))
