@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.model import Passive, PlacedLeg
+from robostiff.model import Passive, PlacedFreedom, PlacedLeg
 from robostiff.spatial import Space
 from tests.statics.robots_under_load import joint
 
@@ -39,7 +39,7 @@ def arm(beside: float, passive: int | None = None) -> rs.Snapshot:
 
 def columns(robot: rs.Snapshot) -> np.ndarray:
     """What a turn of each joint does to the tip (6, 6)."""
-    turns = robot.legs[0].elements
+    turns = [e for e in robot.legs[0].elements if isinstance(e, PlacedFreedom)]
     tip = robot.reference_point
     return np.array([np.r_[np.cross(e.axis, tip - e.point), e.axis] for e in turns]).T
 
