@@ -10,7 +10,7 @@ import robostiff as rs
 from robostiff.model import PlacedBlock, PlacedBodySpring, PlacedFreedom, PlacedLeg
 from robostiff.spatial import Space
 from tests.cases.metric import distance
-from tests.statics.robots_under_load import joint, loaded, number, root
+from tests.statics.robots_under_load import SPRINGS, joint, loaded, number, root
 
 G = 9.80665
 POST, HOLD, MASS, REACH = 0.4, 0.3, 5.0, 0.5
@@ -187,3 +187,23 @@ def test_drives_that_are_rigid_hold_springs_and_loads_before_and_behind_blocks(
     np.testing.assert_allclose(answers[0].displacement, answers[1].displacement, atol=1e-14)
     without = loaded(robot, wrench=wrench)
     assert distance(answers[0].K, without.K) > 1e-3
+
+
+@pytest.mark.parametrize("name", sorted(SPRINGS))
+def test_shares_of_the_energy_have_the_springs_between_bodies(name: str):
+    """Of an equilibrium they add up to its energy; of a mode, without tension, to its stiffness."""
+    robot = rs.load(name).with_springs(SPRINGS[name])
+    answer = loaded(robot)
+    of_springs = {f"springs/{s.name}": s.energy for s in answer.springs}
+    named = {share.name: share.energy for share in answer.shares}
+    assert of_springs.items() <= named.items()
+    assert np.isclose(sum(named.values()), answer.energy)
+    assert np.isclose(sum(share.share for share in answer.shares), 1.0)
+    relaxed = tuple(
+        rs.BodySpring(f"s{i}", own.between, stiffness=2e4, preload=0.0)
+        for i, own in enumerate(SPRINGS[name])
+    )
+    found = rs.modes(rs.load(name).with_springs(relaxed), masses={"platform": 10})
+    first = found[0]
+    assert np.isclose(2 * sum(share.energy for share in first.shares), found.squares[0], rtol=1e-6)
+    assert any(share.name.startswith("springs/") for share in first.shares)

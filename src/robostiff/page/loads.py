@@ -110,9 +110,8 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
     if result.critical is None or not result.stable:
         blocks.append(Paragraph(stability_in_words(result)))
     blocks.append(matrix_under_load(result))
-    of_parts = sum(share.energy for share in result.shares)
-    if of_parts > 0 and is_strained:
-        blocks.append(energy_table(result.shares, of_parts))
+    if result.energy > 0 and is_strained:
+        blocks.append(energy_table(result.shares, result.energy))
     if result.springs:
         are_cables = all(spring.is_cable for spring in result.springs)
         rows = [

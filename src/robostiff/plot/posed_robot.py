@@ -278,8 +278,11 @@ def equilibrium(
         pairs = zip(unloaded.points, loaded.points, strict=True)
         a, b = (p + sketch.scale * (now - p) for p, now in pairs)
         points, label = _coil(a, b, _WIDE * sketch.size), "" if more else "spring"
-        about = f"{loaded.name}: {quantity(loaded.tension, 'N', 4)}"
-        more.append(Path(points, Category(2), LineWeight.LINE, label=label, about=about))
+        paint, name = Category(2), loaded.name
+        if sketch.shares:
+            paint, name = sketch.paint(loaded.group, name)
+        about = f"{name}, {quantity(loaded.tension, 'N', 4)}"
+        more.append(Path(points, paint, LineWeight.LINE, label=label, about=about))
     scene = sketch.scene(f"{result.name} under load", load, notes=notes, more=more)
     return drawn_by(backend, scene)
 

@@ -98,13 +98,13 @@ class Sketch:
             items.append(Face(corners, face.paint, 0.35, face.label))
         unlisted = dict(self.colours) if self.outline.has_legend else {}
         for line, points in self._lines():
-            paint, about = self._paint(line.leg, line.part)
+            paint, about = self.paint(line.leg, line.part)
             label = line.part if unlisted.pop(line.part, None) is not None else line.label
             about, paint = line.about or about, line.paint or paint
             items.append(Path(points, paint, line.weight, line.is_dashed, label, about))
         for spots in self.outline.spots:
             points = np.array([self.moved(at) for at in spots.at])
-            paint, about = self._paint("", spots.part)
+            paint, about = self.paint("", spots.part)
             names = (about,) if spots.part else spots.names
             items.append(Marks(points, paint, spots.shape, spots.label, names))
         for kind, (label, shape) in _KINDS.items():
@@ -126,7 +126,7 @@ class Sketch:
         at = self.moved(self.outline.point)[None]
         return [*items, Marks(at, PlainColour.INK, Shape.CROSS, "reference point")]
 
-    def _paint(self, leg: str, part: str) -> tuple[Paint, str]:
+    def paint(self, leg: str, part: str) -> tuple[Paint, str]:
         """The colour of a part, and its description."""
         share = self.shares.get((leg, part), self.shares.get((leg, "")))
         about = "/".join(filter(None, (leg, part)))

@@ -21,7 +21,12 @@ from robostiff.spatial import as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.equilibrium_path import OnPath, first_critical, path
 from robostiff.statics.equations.problem import LoadCase
-from robostiff.statics.equations.stability import CriticalPoint, least_margin, meets_stiffness
+from robostiff.statics.equations.stability import (
+    CriticalPoint,
+    least_margin,
+    lost_way,
+    meets_stiffness,
+)
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_loaded_posture
 from robostiff.statics.result import Equilibrium
@@ -174,14 +179,14 @@ def critical_load(
     if problem.at_rest.rigid:
         status |= Status.RIGID_DIRECTION
     loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
-    _, point, searched_to = first_critical(path(problem, loading), up_to)
+    last, point, searched_to = first_critical(path(problem, loading), up_to)
     is_free = not meets_stiffness(problem.at_rest)
     if is_free:
         status |= Status.FREE_MOTIONS
     if is_free and point is not None and point.factor <= 0:
         point = None  # what nothing holds is not stable without the load, either
     elif point is None and searched_to < up_to:
-        status |= Status.NO_EQUILIBRIUM
+        status |= lost_way(problem.at_rest if last is None else last.known)
     return CriticalLoad(loaded.name, F, status, searched_to, point)
 
 

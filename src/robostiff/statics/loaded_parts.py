@@ -84,6 +84,11 @@ class LoadedSpring:
     energy: float
     is_cable: bool = False
 
+    @property
+    def group(self) -> str:
+        """What stands for a leg where parts are named."""
+        return "cables" if self.is_cable else "springs"
+
 
 @frozen
 class CarriedLoads:

@@ -79,10 +79,13 @@ class Mode:
 
     @cached_property
     def shares(self) -> tuple[PartShare, ...]:
-        """Elastic energy of the parts, largest first."""
-        problem = self.equilibrium.problem
-        motion = _of_legs(problem, self.shape)[: problem.legs.numbers.total]
-        stored = energies_of(problem.legs, motion, np.zeros(problem.legs.inner_modes.shape))
+        """Elastic energy of the parts and of springs between bodies, largest first."""
+        found, legs = self.equilibrium, self.equilibrium.problem.legs
+        motion = _of_legs(found.problem, self.shape)[: legs.numbers.total]
+        stored = energies_of(legs, motion, np.zeros(legs.inner_modes.shape))
+        if legs.springs:
+            pulls = legs.pulls(found.state.legs, found.loading.shares(found.factor).value)
+            stored += legs.spring_energies(pulls, motion)
         return tuple(share for share in shares(stored) if share.energy > 0)
 
     @cached_property
@@ -336,7 +339,7 @@ def modes(
     for k in range(0, len(rest), _TOGETHER):
         rows, found = rest[k : k + _TOGETHER], list[Vibrations]()
         together = None if np.any(given[rows]) else postures.as_robots(rows, acting, carried)
-        if together is not None and together[0].closures is None:
+        if together is not None and not (together[0].closures or together[0].at_rest.lacks_digits):
             found = vibrations(*together, together[0].at_rest, together[0].unloaded)
         for i, own in itertools.zip_longest(rows, found):
             alone[i] = found_at(i, own)

@@ -372,8 +372,8 @@ class Equilibrium(StatusOfPoses, InNotebooks):
 
     @property
     def shares(self) -> tuple[PartShare, ...]:
-        """Energy of every elastic part, largest first."""
-        return shares_of(self.parts)
+        """Energy of every elastic part and spring between bodies, largest first."""
+        return shares_of(self.parts, ((s.group, s.name, s.energy) for s in self.springs))
 
     def __repr__(self) -> str:
         if self.batch_shape:

@@ -164,13 +164,12 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     def none(status: Status) -> LoadedElements:
         return LoadedElements(stiffness.status | status)
 
-    if Status.UNREACHABLE in stiffness.status or not loads_known(stiffness):
+    is_known = Status.UNREACHABLE not in stiffness.status and loads_known(stiffness)
+    if not is_known or problem.at_rest.lacks_digits:
         return none(Status.ILL_CONDITIONED if stiffness.status.has_stiffness else Status.OK)
     placed: Any = stiffness.placed()
     nothing, at_rest = np.zeros(problem.size), problem.unloaded
     known = problem.linearised(at_rest, LoadCase(nothing, F), 0.0, 2)
-    if not known.regular and Status.REDUNDANT_JOINTS not in stiffness.status:
-        return none(Status.ILL_CONDITIONED)  # too few digits for joints that are almost redundant
     if _drives_legs(problem, known):
         return none(Status.UNBALANCED)
     to_origin = (stiffness.origin - stiffness.reference_point)[: stiffness.space.translations]
@@ -184,11 +183,9 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     legs, forces, stored = problem.legs, None, ()
     if legs.springs:  # tension among them, as the bodies move
         pulls = legs.pulls(at_rest.legs, 0.0)
-        moved = pulls.J @ step[: legs.numbers.total]
-        forces = np.einsum("sij,sj->si", pulls.D, moved)
-        each = zip(legs.springs, 0.5 * np.sum(moved * forces, axis=-1), strict=True)
-        stored = [("springs", spring.name, float(energy)) for spring, energy in each]
-        forces = forces + pulls.rate
+        motion = step[: legs.numbers.total]
+        forces = np.einsum("sij,sjt,t->si", pulls.D, pulls.J, motion) + pulls.rate
+        stored = legs.spring_energies(pulls, motion)
     loaded = CarriedLoads(problem, problem.moved(at_rest, nothing, step), small=True, forces=forces)
     if not loaded.are_balanced(F):
         return none(Status.ILL_CONDITIONED)

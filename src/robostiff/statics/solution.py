@@ -20,6 +20,7 @@ from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.stability import (
     CriticalPoint,
     Regular,
+    lost_way,
     may_be_singular,
     meets_stiffness,
     named_margins,
@@ -114,7 +115,7 @@ def solved(
         if critical is not None:
             status |= Status.BEYOND_CRITICAL_LOAD
         elif ended is None or searched_to < 1.0:
-            found = replace(found, converged=False)
+            return Solution(status | lost_way(problem.at_rest if ended is None else ended.known))
         else:
             found, margins = ended, named_margins(ended.known)
     platform = found.known.held_platform
@@ -135,11 +136,11 @@ def solved(
 def _with_status(loaded: LoadedPosture, found: FoundEquilibrium, answer: Solution) -> Solution:
     """An answer with its status."""
     known, loading, carried, status = found.known, found.loading, answer.carried, answer.status
-    if not answer.held:
-        if not carried.are_balanced(loading.wrench + loading.wrench_rate):
-            return Solution(status | Status.ILL_CONDITIONED, answer.critical)
-        if not meets_stiffness(known):
-            status |= Status.FREE_MOTIONS
+    wrench = loading.wrench + loading.wrench_rate
+    if known.lacks_digits or not (answer.held or carried.are_balanced(wrench)):
+        return Solution(status | Status.ILL_CONDITIONED, answer.critical)
+    if not answer.held and not meets_stiffness(known):
+        status |= Status.FREE_MOTIONS
     if not (known.regular and loaded.problem.at_rest.regular):
         status |= Status.REDUNDANT_JOINTS
     if isinstance(loaded.posed, CableRobot):

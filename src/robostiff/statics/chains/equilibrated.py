@@ -7,6 +7,7 @@ Where the closure of a leg ``J dx = dt`` lacks the directions Λ, ``Λ^T J = 0``
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -70,8 +71,8 @@ def solved(
     -------
     (N, n, k) array
         X with ``A x = b``, refined so many times.
-    (N,) array of bool
-        Which systems have all directions.
+    (N,) array of int
+        How many directions each system has lost.
 
     Examples
     --------
@@ -88,30 +89,33 @@ def solved(
     scaled *= scale[:, :, None]
     scale = scale[..., None]
     probe = np.broadcast_to(np.resize(_PROBE, A.shape[1])[:, None], (*A.shape[:2], 1))
-    regular, inverse = np.ones(len(A), dtype=bool), None
+    lost, inverse = np.zeros(len(A), dtype=int), None
     try:
         x = np.linalg.solve(scaled, np.concatenate([scale * b, probe], axis=-1))
         near = _norm(scaled) * np.abs(x[..., -1]).max(-1, initial=0.0) < _SURELY
     except np.linalg.LinAlgError:
-        x, near = b, ~regular
+        x, near = b, False
     if np.all(near):
         x = scale * x[..., :-1]
     else:
         inverse = np.empty(A.shape)
         for i, S in enumerate(scaled):
-            try:
+            with suppress(np.linalg.LinAlgError):
                 inverse[i] = np.linalg.inv(S)
-                regular[i] = _norm(S) * _norm(inverse[i]) < _SINGULAR
-            except np.linalg.LinAlgError:
-                regular[i] = False
-            if not regular[i]:  # the inverse of least squares
-                inverse[i] = np.linalg.pinv(S, rcond=LOST)
-                regular[i] = np.linalg.cond(S) < 1.0 / LOST
+                if _norm(S) * _norm(inverse[i]) < _SINGULAR:
+                    continue
+            inverse[i] = np.linalg.pinv(S, rcond=LOST)  # of least squares
+            lost[i] = _lost(np.linalg.svd(S, compute_uv=False), LOST)
         x = scale * (inverse @ (scale * b))
     for _ in range(refinements):
         rest = scale * (b - A @ x)
         x = x + scale * (np.linalg.solve(scaled, rest) if inverse is None else inverse @ rest)
-    return x, regular
+    return x, lost
+
+
+def _lost(values: np.ndarray, part: float) -> np.ndarray:
+    """How many singular values (..., n) are none, or below a part of the largest."""
+    return np.sum(values <= part * np.max(values, axis=-1, keepdims=True, initial=0.0), axis=-1)
 
 
 def _norm(A: np.ndarray) -> np.ndarray:
@@ -132,18 +136,30 @@ class Closure:
         """Of tangents A (N, n, n) at the unloaded posture: elsewhere closures have full rank."""
         m = sizes.shape[1]
         values = np.linalg.svd(_scaled(A, rows, sizes), compute_uv=False)
-        largest = np.max(values, axis=1, initial=0.0)[:, None]
-        ranks = np.sum((values > _LOST * largest) & (values > 0), axis=1)
+        ranks = values.shape[1] - _lost(values, _LOST)
         return Closure(rows, sizes, A.shape[1] - m - ranks)
+
+    def lacks_digits(self, A: np.ndarray) -> bool:
+        """Whether a leg has lost more directions than rigid parts and redundant joints explain."""
+        m = self.sizes.shape[1]
+        _, lost = solved(A, np.zeros((*A.shape[:2], 0)), unit_free(A, self.sizes, self.rows))
+        H = A[:, :m, :m] / (self.sizes[:, :, None] * self.sizes[:, None])
+        stiffness = np.abs(np.diagonal(H, axis1=1, axis2=2))
+        elastic = stiffness > _PASSIVE * np.max(stiffness, axis=1, keepdims=True, initial=0.0)
+        f = elastic / np.sqrt(np.where(elastic, stiffness, 1.0))
+        J = _scaled(A, self.rows, self.sizes)
+        both = np.concatenate([f[:, :, None] * H * f[:, None], J], axis=1)
+        redundant = _lost(np.linalg.svd(both, compute_uv=False), _LOST)
+        return bool(np.any(lost > redundant + self.deficits))
 
     def solve(
         self, A: np.ndarray, b: np.ndarray, refinements: int
     ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
         """``A x = b`` (N, n, k) but for the missing directions, which stay open.
 
-        Returns what is found without what is carried in these (N, n, k), and which legs are
-        regular (N,); then what the closure misses there (N, d, k), and unit wrenches Λ of these
-        among the unknowns (N, n, d).
+        Returns what is found without what is carried in these (N, n, k), and how many directions
+        each leg has lost (N,); then what the closure misses there (N, d, k), and unit wrenches Λ of
+        these among the unknowns (N, n, d).
         """
         N, n, m, d = len(A), A.shape[1], self.sizes.shape[1], int(self.deficits.max())
         U = np.linalg.svd(_scaled(A, self.rows, self.sizes))[0]
@@ -158,13 +174,13 @@ class Closure:
         aside = np.broadcast_to(self.rows[0] / first[:, m : m + 1], (N, d))
         wanted = np.concatenate([b, np.zeros((N, d, b.shape[2]))], axis=1)
         factors = np.concatenate([first, aside], axis=1)
-        x, regular = solved(wide, wanted, factors, refinements)
+        x, lost = solved(wide, wanted, factors, refinements)
         carried = np.zeros((N, n, d))
         carried[:, m:] = missing * self.rows[:, None]
         found = x[:, :n]
         # Beside redundant joints the inverse is one of least squares, and x has rough gaps.
         gaps = np.swapaxes(carried, -1, -2) @ (b - A @ found)
-        return found, regular, (gaps, carried)
+        return found, lost, (gaps, carried)
 
 
 @frozen

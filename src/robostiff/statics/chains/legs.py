@@ -353,6 +353,13 @@ class Legs:
         found = self.arrays.energies(state.x, state.axial)
         return [found[bodies[1:]].tolist() for bodies in self.numbers.of_chains.bodies]
 
+    def spring_energies(self, pulls: Pulls, motion: np.ndarray) -> list[tuple[str, str, float]]:
+        """Springs between bodies by two names, and what a motion (T,) of unknowns stores [J]."""
+        moved = pulls.J @ motion
+        energies = 0.5 * np.einsum("si,sij,sj->s", moved, pulls.D, moved)
+        each = zip(self.springs, energies.tolist(), strict=True)
+        return [("cables" if s.is_cable else "springs", s.name, energy) for s, energy in each]
+
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
         pushed = zip(self.couplings, self.sums(state), strict=True)

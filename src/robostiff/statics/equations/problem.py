@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -113,6 +113,14 @@ class Linearised:
         """Whether some leg cannot follow the platform."""
         return self.held_platform is not None
 
+    @cached_property
+    def lacks_digits(self) -> bool:
+        """Whether some leg is singular by rounding: what Newton's method finds is no answer."""
+        blocks, each = self.equations.A, self.problem.closures_of
+        return not self.regular and any(
+            closure.lacks_digits(A) for closure, A in zip(each(blocks), blocks, strict=True)
+        )
+
 
 @frozen
 class EquilibriumProblem:
@@ -180,11 +188,15 @@ class EquilibriumProblem:
     @cached_property
     def closures(self) -> tuple[Closure, ...] | None:
         """Those of the legs, where some directions of theirs are missing."""
-        found = tuple(
-            Closure.of(A, self.units[block.at[0, block.free :]], self.units[block.coordinates])
-            for block, A in zip(self.blocks, self._plain.equations.A, strict=True)
-        )
+        found = self.closures_of(self._plain.equations.A)
         return found if any(np.any(closure.deficits) for closure in found) else None
+
+    def closures_of(self, tangents: Sequence[np.ndarray]) -> tuple[Closure, ...]:
+        """Those of the blocks of legs, by their tangents."""
+        return tuple(
+            Closure.of(A, self.units[block.at[0, block.free :]], self.units[block.coordinates])
+            for block, A in zip(self.blocks, tangents, strict=True)
+        )
 
     @property
     def missing(self) -> list[int]:
@@ -225,12 +237,12 @@ class EquilibriumProblem:
         for g, (block, A) in enumerate(zip(self.blocks, eq.A, strict=True)):
             if closures is not None and np.any(closures[g].deficits):
                 given = A, wanted[block.at], refinements
-                solution[block.at], regulars, lacking[g] = closures[g].solve(*given)
+                solution[block.at], lost, lacking[g] = closures[g].solve(*given)
             else:
                 rows = self.units[block.at[0, block.free :]]
                 first = unit_free(A, self.units[block.coordinates], rows)
-                solution[block.at], regulars = solved(A, wanted[block.at], first, refinements)
-            regular = regular and bool(np.all(regulars))
+                solution[block.at], lost = solved(A, wanted[block.at], first, refinements)
+            regular = regular and not np.any(lost)
         # what only the base holds has no end on the platform
         ends = self.legs.numbers.on_platform
         twist = np.eye(self.size, self.size + 2, 1)

@@ -14,9 +14,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from robostiff.analysis.free_motion import free_motions_in_words
+from robostiff.elastostatics import Status
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.statics.chains.elements import NOBODY
+from robostiff.statics.chains.equilibrated import LOST
 from robostiff.statics.chains.legs import LegEquations, Legs
 from robostiff.statics.chains.numbers import ComponentBlock
 from robostiff.statics.equations.newton import FoundEquilibrium
@@ -26,6 +28,8 @@ from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 _NONE = 1e-10
 # Of the largest entry of a scaled matrix: an eigenvalue below it resists nothing.
 _FREE = 1e-9
+# Of the motion of the platform: how far springs move where legs nearly hold it.
+_FARTHER = 100.0
 # Of the largest curvature: what rounding leaves of none.
 _ROUNDING = 1e-8
 # Condition of a root of an energy up to which it is positive definite beyond doubt.
@@ -140,20 +144,56 @@ def _ratios(Q: np.ndarray, T: np.ndarray) -> list[Margin]:
 
 def meets_stiffness(known: Linearised) -> bool:
     """Whether every motion of the platform does."""
-    problem = known.problem
-    scaled = known.K_total / np.outer(problem.scale, problem.scale)
-    values = np.abs(np.linalg.eigvalsh(0.5 * (scaled + scaled.T)))
-    return bool(values.min() > _FREE * max(values.max(), 0.0))
+    values = np.abs(np.linalg.eigvalsh(_curvature(known, _platform_motions(known))))
+    return bool(values.min(initial=np.inf) > _FREE * values.max(initial=0.0))
+
+
+def lost_way(known: Linearised) -> Status:
+    """Why a path ended: no equilibrium; or legs nearly hold the platform, and K has few digits."""
+    few, scaled = known.lacks_digits, known.K_total / np.outer(*[known.problem.scale] * 2)
+    few |= meets_stiffness(known) and bool(np.linalg.cond(scaled) > 1.0 / LOST)
+    return Status.ILL_CONDITIONED if few else Status.NO_EQUILIBRIUM
 
 
 def platform_margin(known: Linearised) -> Margin:
     """Of the platform, legs in equilibrium; its mode is a twist (r,)."""
-    problem = known.problem
-    scale = np.outer(problem.scale, problem.scale)
-    free = np.eye(problem.size) if known.held_platform is None else known.held_platform.free
-    now, before = (free.T @ (at.K_total / scale) @ free for at in (known, problem.at_rest))
-    (found,) = margins(now[None], before[None])
-    return found.among(free / problem.scale[:, None])
+    motions, rest = _platform_motions(known), known.problem.at_rest
+    (found,) = margins(*(_curvature(at, motions)[None] for at in (known, rest)))
+    return found.among(motions)
+
+
+@kept
+def _platform_motions(known: Linearised) -> np.ndarray:
+    """Those that rigid parts leave to the platform (r, m), unit ones unless springs move farther.
+
+    Where legs nearly hold it, springs give way far though it hardly moves. Beside the stiffness
+    there, that of others would look like none.
+    """
+    problem, held = known.problem, known.held_platform
+    free = np.eye(problem.size) if held is None else held.free
+    motions, squares = free / problem.scale[:, None], np.zeros((free.shape[1],) * 2)
+    for g, block in enumerate(problem.blocks):
+        elastic = np.diagonal(elastic_curvature(problem.legs, g), axis1=1, axis2=2) > 0
+        at = block.coordinates[elastic]
+        given = problem.length * problem.units[at, None] * (known.by_twist[at] @ motions)
+        squares += given.T @ given
+    values, V = np.linalg.eigh(squares)
+    if values.max(initial=0.0) <= _FARTHER**2:
+        return motions
+    return motions @ (V / np.maximum(np.sqrt(np.abs(values)) / _FARTHER, 1.0))
+
+
+def _curvature(known: Linearised, motions: np.ndarray) -> np.ndarray:
+    """Of the energy less the work of loads, by motions (r, m) of the platform, legs following.
+
+    Of legs, not of K, which has lost its digits where these are nearly singular.
+    """
+    found = motions.T @ (known.K_total - known.K) @ motions
+    followed = known.by_twist @ motions
+    for block, A in zip(known.problem.blocks, known.equations.A, strict=True):
+        x = followed[block.coordinates]
+        found += np.sum(np.swapaxes(x, 1, 2) @ A[:, : block.free, : block.free] @ x, axis=0)
+    return 0.5 * (found + found.T)
 
 
 def leg_margins(known: Linearised) -> dict[int, Margin]:

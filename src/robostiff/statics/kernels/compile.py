@@ -25,6 +25,7 @@ from robostiff.record import Program, Record
 from robostiff.recorded import parameter_samples, sample_postures
 from robostiff.spatial import as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.equations.stability import meets_stiffness
 from robostiff.statics.kernels.compiled_loading import CompiledLoading
 from robostiff.statics.kernels.elimination import RigidLegError
 from robostiff.statics.kernels.leg import Site
@@ -44,8 +45,6 @@ from robostiff.statics.solution import solved
 _BOWING = Bowing()
 # Relative to the diagonals of K: more than rounding and the last Newton step make.
 _AGREES = 1e-8
-# Of the largest stiffness of the platform: none.
-_FREE = 1e-10
 # Postures at which the buckling loads of struts are computed; of so many that are drawn without
 # and with struts, whose lengths differ.
 _POSTURES, _DRAWN, _DRAWN_OF_STRUTS, _SPREAD = 16, 64, 1024, 0.3
@@ -175,11 +174,12 @@ def _recorded(
     finder = posture_finder(robot.numeric)
     placed = _loaded_postures(finder, standing)
     # An arm of rigid links may be rigid at home, where it is stretched out, and nowhere else.
-    problem = next((x.problem for x in placed if not x.problem.at_rest.rigid), None)
+    known = (x.problem for x in placed if not x.problem.at_rest.lacks_digits)
+    problem = next((problem for problem in known if not problem.at_rest.rigid), None)
     if problem is None:
         raise _rigid(robot)
     values = np.linalg.eigvalsh(problem.at_rest.K / np.outer(problem.scale, problem.scale))
-    if values[0] <= _FREE * values[-1]:
+    if not meets_stiffness(problem.at_rest):
         raise NoAnswerError(
             f"no kernel under load of {robot.name!r}: its platform has free motions, in which a "
             "wrench has no equilibrium; ask rs.equilibrium, wrench by wrench"

@@ -87,8 +87,8 @@ class LoadedPosture:
 
     @property
     def has_posture(self) -> bool:
-        """Whether there is an unloaded posture."""
-        return not self.status & _NO_POSTURE
+        """Whether there is an unloaded posture, where legs are not singular by rounding."""
+        return not (self.status & _NO_POSTURE or self.problem.at_rest.lacks_digits)
 
 
 def one_loaded_posture(
@@ -233,6 +233,8 @@ class Postures:
             raise NoAnswerError(
                 f"no answer of {posed.name!r}: its loads are not those that are given"
             )
+        if np.ndim(k) == 0 and not status & _NO_POSTURE and problem.at_rest.lacks_digits:
+            status |= Status.ILL_CONDITIONED
         machine = posed if self.cables is None else self.robot
         return LoadedPosture(posed.name, problem, posed.space, frame, status, machine, found.masses)
 
