@@ -94,6 +94,7 @@ def test_shared_energies_of_one_spring_cancel():
     assert third == 3 * l / (8 * EA * a**2)
 
 
+@pytest.mark.filterwarnings("ignore:.*nothing in the file uses 'theta")
 def test_a_planar_leg_of_two_beams_is_as_in_a_textbook(tmp_path):
     text = (DATA / "planar-leg.yaml").read_text(encoding="utf-8")
     of_numbers = text.replace("home: theta1", "home: 0.5 rad").replace(

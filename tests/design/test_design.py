@@ -233,6 +233,7 @@ def test_an_objective_and_a_limit_under_two_wrenches(platform):
     assert free.objective < 0.9 * found.objective
 
 
+@pytest.mark.filterwarnings("ignore:.*best.yaml.*nothing in the file uses 'w'")
 def test_best_values_are_written_into_a_copy_of_the_model_file(tmp_path):
     """In the units of the file, also where a sum or a bare number stood; all else stays."""
     lines = robot_file("gough-stewart-b").read_text().splitlines()

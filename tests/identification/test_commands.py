@@ -146,6 +146,7 @@ def test_a_test_pose_is_given_as_any_pose(place, complaint):
     assert complaint in done.output
 
 
+@pytest.mark.filterwarnings("ignore:.*identified.yaml.*nothing in the file uses 'k_screw'")
 def test_one_value_for_six_legs_that_are_written_once(tmp_path):
     """Six values have no place in the pattern of a leg; one that they share has."""
     robot, output = rs.load("hexapod"), tmp_path / "identified.yaml"

@@ -137,9 +137,15 @@ def test_planar_robot():
     assert [coordinate.value for coordinate in robot.coordinates] == ["y"]
 
 
+@pytest.mark.filterwarnings("ignore:.*nothing in the file uses 'phi'")
 def test_other_values_for_parameters(tmp_path):
     file = tmp_path / "arm.yaml"
     file.write_text(ARM.format(chain=f"      - {TIP}"))
+    with pytest.warns(
+        rs.PlausibilityWarning, match=r"arm.yaml:4:28: .*nothing in the file uses .k"
+    ):
+        rs.load(file)
+    file.write_text(file.read_text().replace("k: 1e5 N m/rad, ", ""))
     (beam,) = rs.load(file).legs[0].chain.elements
     assert isinstance(beam, Link)
     assert beam.to[0] == 0.3

@@ -32,7 +32,6 @@ name: {0}
 title: {0}
 source: {0}
 notes: {0}
-parameters: {{EA: 4e6 N}}
 legs:
   - name: {0}
     chain:

@@ -135,7 +135,7 @@ def test_powers_of_parameters_are_numbers_in_a_formula_of_the_coordinate(name: s
 robostiff: 1
 name: screw
 source: chosen here
-parameters: {{d: 30 mm, r: d/2 + 0 mm, n: 2}}
+parameters: {{d: 30 mm, r: d/2 + 0 mm, n: r/r + d/d}}
 legs:
   - name: leg
     chain:

@@ -111,17 +111,6 @@ def written_steps(
     deepest : int
         A step of one use stands where it is used, so many inside one another; otherwise each step
         has a name.
-
-    Examples
-    --------
-    >>> from robostiff.record import Record
-    >>> record = Record({"x": [3.0]})
-    >>> x = record.input("x")
-    >>> program = Program.of(record, [(x * x + 1) * 2])
-    >>> written_steps(program, _EXPRESSIONS)
-    ([('v0', 'x[0]'), ('v1', 'v0 * v0'), ('v3', 'v1 + 1.0'), ('v5', 'v3 * 2.0')], ['v5'])
-    >>> written_steps(program, _EXPRESSIONS, 2)
-    ([('v0', 'x[0]'), ('v5', '((v0 * v0) + 1.0) * 2.0')], ['v5'])
     """
     uses = Counter(program.outputs)
     for operation, *places in program.steps:

@@ -238,19 +238,6 @@ def validate(model: type[Model], document: Document) -> Model:
     Raises FileError at the most specific mistake: an unknown key before a wrong value before a
     missing key, and the deepest of them. An `InputError` of the model's own validators keeps its
     words.
-
-    Examples
-    --------
-    >>> from pydantic import ConfigDict
-    >>> from robostiff.io.document import parse_document
-    >>> class Robot(BaseModel):
-    ...     model_config = ConfigDict(extra="forbid")
-    ...     length: float
-    >>> validate(Robot, parse_document("length: 2.5"))
-    Robot(length=2.5)
-    >>> validate(Robot, parse_document("lenght: 2.5", file="robot.yaml"))
-    Traceback (most recent call last):
-    robostiff.errors.FileError: robot.yaml:1:1: lenght: unknown key: ...; did you mean length?
     """
     try:
         return model.model_validate(document.data)

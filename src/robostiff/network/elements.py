@@ -390,19 +390,6 @@ def beam_load(beam: BeamElement, loads: Sequence[DistributedForce | ForceOnBeam]
     the integral of ``w(u)^T c w(u)``. The wrenches are polynomials of u, of degree two at most.
 
     Raises InputError when a load is no vector, or is beyond the ends; when the beam is not uniform.
-
-    Examples
-    --------
-    A cantilever under a uniform load sinks by q L^4 / (8 E I):
-
-    >>> from robostiff.elasticity import circle, material
-    >>> from robostiff.network import Node, beam_between
-    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([2.0, 0, 0]))
-    >>> steel, bar = material("steel"), circle(0.02)
-    >>> beam = beam_between(wall, tip, steel, bar, y_axis=[0, 1, 0])
-    >>> sunk = beam_load(beam, [DistributedForce([0, 0, -5.0])]).tip_twist[2]
-    >>> round(float(sunk * 8 * steel.E * bar.Iy / (5.0 * 2.0**4)), 12)
-    -1.0
     """
     # Strains and curvatures of the section under unit forces and moments [1/N, 1/(N m^2)]: 0 for no
     # deflection by shear, and of a rigid beam

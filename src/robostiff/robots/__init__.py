@@ -196,7 +196,7 @@ def _of_model(document: Any, parameters: Any, symbols: Symbols) -> Any:
         return robot_file(module) if module in shipped_robots() else None
 
     robot = model_from_document(document, parameters, symbols=symbols, shipped=shipped_model)
-    words = Counter(re.findall(r"\w+", str(document.data)))
+    words = Counter(re.findall(r"\w+", str([document.data, *(parameters or {}).values()])))
     for unused in (x for x in document.data.get("parameters") or () if words[x] == 1):
         place = document.location(("parameters", unused))
         warn_of_slip(f"{place}: nothing in the file uses {unused!r}")

@@ -146,17 +146,6 @@ def program(derivation: Formula, *, plain: bool = False) -> FormulaProgram:
     ------
     InputError
         When two symbols have the same name.
-
-    Examples
-    --------
-    >>> a, b = sp.symbols("a b")
-    >>> K = sp.ImmutableMatrix(sp.diag(sp.sin(a) ** 2, b * sp.sin(a), 0))
-    >>> from robostiff.analytic import Derivation
-    >>> compute = program(Derivation("K_C", K, (), K))
-    >>> compute.assignments
-    (Definition(symbol=t1, expression=sin(a)),)
-    >>> compute.results[0][0, 0]
-    t1**2
     """
     matrices, definitions = derivation.as_printed
     matrix = sp.ImmutableMatrix.vstack(*matrices)

@@ -76,17 +76,6 @@ def shortest(
         Values of the given symbols, at which x^2 + y^2 = 1 is seen.
     components : sequence of str
         Names for what is an entry of a matrix among the others, a name a row.
-
-    Examples
-    --------
-    >>> a, b, d, k = sp.symbols("a b d k", real=True)
-    >>> L = sp.Symbol("L_a", positive=True)
-    >>> area = -(d - a - b) * (d - a + b) * (d + a - b) * (d + a + b)
-    >>> K = k * L**2 / (4 * a**2 * b**2), 1 / k + (d**2 - a**2 - b**2) ** 2 / (4 * a**2), L**2 / k
-    >>> at = {x: np.array([1.1, 1.2]) + 0.1 * i for i, x in enumerate((a, b, d, k))}
-    >>> found = shortest(Written(K, (Definition(L, sp.sqrt(area)),)), {"a", "b", "d", "k"}, at)
-    >>> found.definitions[0].expression, found.results[:2]
-    (acos((-a**2 - b**2 + d**2)/(2*a*b)), (k*sin(theta_a)**2, b**2*cos(theta_a)**2 + 1/k))
     """
     search = _Search(written, {*taken}, samples)
     found = in_letters(search.written(search.best()), {*taken})
