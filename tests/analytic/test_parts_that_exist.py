@@ -7,6 +7,8 @@ import robostiff as rs
 from robostiff.analytic import differentiate
 from tests.analytic.export.programs import in_all
 
+pytestmark = pytest.mark.filterwarnings("ignore:.*nothing in the file uses")
+
 ARM = """\
 robostiff: 1
 name: arm

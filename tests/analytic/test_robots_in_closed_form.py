@@ -251,6 +251,7 @@ def test_3_puu_about_its_centre_is_pull_and_torque_of_three_rods():
     assert canonical(derivation.K - expected).is_zero_matrix
 
 
+@pytest.mark.filterwarnings("ignore:.*nothing in the file uses 'h'")
 def test_cubic_platform_about_its_centre_and_above(tmp_path):
     """2 k in every direction; 8 k a^2 about one diagonal, 2 k a^2 square to it."""
     at_centre = rs.derive(written(tmp_path, text_of("cubic.yaml").replace("HEIGHT", "0")))

@@ -40,7 +40,7 @@ WRITERS = {
 
 def test_names_in_exported_formulas_are_not_run(tmp_path):
     """Each is written; Python imports all of them at once, and a compiler reads them."""
-    text = MODEL.replace("parameters: {{EA: 4e6 N}}\n", "parameters:\n  k: 1e4  # {0}\n")
+    text = MODEL.replace("legs:\n", "parameters:\n  k: 1e4  # {0}\nlegs:\n")
     text = text.replace("1e4}}", "k}}")
     for i, name in enumerate(HOSTILE):
         derivation = rs.derive(rs.load(model_of(tmp_path, name, text), symbols=("k",)))
