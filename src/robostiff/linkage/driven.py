@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -54,7 +55,8 @@ class DrivenLinkage:
     part: Linkage
     drives: tuple[str, ...]
     home: Configuration
-    __getstate__ = Subject.__getstate__  # without the answers that are kept
+    # Without the answers that are kept.
+    __getstate__: ClassVar[Callable[[Any], dict[str, Any]]] = Subject.__getstate__
 
     @classmethod
     def of(cls, linkage: Linkage, joints: Sequence[str] | None = None) -> DrivenLinkage:

@@ -309,7 +309,7 @@ def _slices(sizes: Sequence[int]) -> list[slice]:
 def side_by_side(
     robots: int, values: Sequence[Any], *shape: int, kind: np.dtype[Any] | type = float
 ) -> np.ndarray:
-    """Values of one robot (..., *shape), at one pose or so many: pose by pose (n, *shape)."""
+    """Values of one robot ``(..., *shape)``, at one pose or so many, as ``(n, *shape)``."""
     found = np.zeros((robots, len(values), *shape), kind)
     for i, value in enumerate(values):
         found[:, i] = value
