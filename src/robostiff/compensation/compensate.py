@@ -288,18 +288,15 @@ class _Commands:
 
     def corrected(self, method: Mirror | Exact) -> Compensation:
         """The result of a method."""
-        command = self.start.copy()
+        command, finder = self.start.copy(), posture_finder(self.robot)
         first, codes = self._missing(command)
         residual = first
         if isinstance(method, Mirror):
             command = self._mirrored(command, first)
             residual, codes = self._missing(command)
         else:
-            # each point by itself, whatever becomes of the others
-            there, before = (
-                _THERE * posture_finder(self.robot).length,
-                np.full(len(command), np.inf),
-            )
+            # Each point by itself; what it missed before is 0 where no step lessens it.
+            there, before = _THERE * finder.length, np.full(len(command), np.inf)
             for _ in range(method.steps):
                 moved = self._moved(command, residual)
                 command = np.where((before > there)[:, None], moved, command)
@@ -308,7 +305,6 @@ class _Commands:
                 before = np.where(largest < before, largest, 0.0)
                 if np.all(before <= there):
                     break
-        finder = posture_finder(self.robot)
         request = finder.request(self._given(command))
         if request.is_whole:
             commanded, every = request.coordinates.copy(), finder.leg_coordinates(request)

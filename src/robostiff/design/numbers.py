@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from fnmatch import fnmatchcase
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -65,12 +67,12 @@ class NumbersOfDesigns:
 
         Raises InputError when an output has several numbers, or a name is no parameter.
         """
-        cases: list[dict[str, Output]] = []
-        for part in (part for one in outputs for part in _smooth(one, robot.space.translations)):
-            case = next((case for case in cases if case.get(part.name, part) == part), None)
-            cases += [case := {}] if case is None else []
-            case[part.name] = part
-        each = ([*parts.values(), *(Gradient(p, names) for p in parts.values())] for parts in cases)
+        by_name = defaultdict[str, list[Output]](list)
+        d = robot.space.translations
+        for part in dict.fromkeys(part for one in outputs for part in _smooth(one, d)):
+            by_name[part.name].append(part)
+        cases = ([*filter(None, case)] for case in zip_longest(*by_name.values()))
+        each = ([*parts, *(Gradient(part, names) for part in parts)] for parts in cases)
         kernels = tuple(kept_kernel(robot, tuple(parts), tuple(names)) for parts in each)
         return NumbersOfDesigns(kernels, tuple(outputs), tuple(names), kernel_poses(robot, poses))
 
@@ -94,20 +96,11 @@ class NumbersOfDesigns:
             values = np.array([known[part] for part in parts])
             slopes = np.array([known[Gradient(part, self.names)] for part in parts])
             if isinstance(output, WorstDeflection):
-                # from upper triangles (entries, N) and their rates: those of it are v^T dC v
-                i, j = np.triu_indices(d)
-                C = np.empty((values.shape[1], d, d))
-                C[:, i, j] = C[:, j, i] = values.T
-                is_known, v = np.isfinite(C).all(axis=(1, 2)), np.full((len(C), d), np.nan)
-                values = np.full(len(C), np.nan)
-                each, vectors = np.linalg.eigh(C[is_known])
-                values[is_known], v[is_known] = each[:, -1], vectors[:, :, -1]
-                weights = v[:, i] * v[:, j] * np.where(i == j, 1, 2)
-                slopes = np.einsum("pk,kpn->pn", weights, slopes)
+                values, slopes = _largest_eigenvalue(values, slopes, d)
             numbers.append(values.reshape(-1, values.shape[-1])[0])
             rates.append(slopes.reshape(-1, *slopes.shape[-2:])[0])
-        codes = [answer.status_codes for answer in answers]
-        return np.array(numbers), np.array(rates), np.bitwise_or.reduce(codes)
+        codes = np.bitwise_or.reduce([answer.status_codes for answer in answers])
+        return np.array(numbers), np.array(rates), codes
 
 
 def _smooth(output: Output, d: int) -> list[Output]:
@@ -115,6 +108,24 @@ def _smooth(output: Output, d: int) -> list[Output]:
     if not isinstance(output, WorstDeflection):
         return [output]
     return [EntryOf(ComplianceMatrix(), (i, j)) for i in range(d) for j in range(i, d)]
+
+
+def _largest_eigenvalue(
+    upper: np.ndarray, slopes: np.ndarray, d: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Largest eigenvalue (N,) of symmetric matrices, and its rates (N, n): v^T dC v.
+
+    Of the upper triangles (entries, N) and their rates (entries, N, n), row by row.
+    """
+    i, j = np.triu_indices(d)
+    C = np.empty((upper.shape[1], d, d))
+    C[:, i, j] = C[:, j, i] = upper.T
+    known = np.isfinite(C).all(axis=(1, 2))
+    largest, v = np.full(len(C), np.nan), np.full((len(C), d), np.nan)
+    values, vectors = np.linalg.eigh(C[known])
+    largest[known], v[known] = values[:, -1], vectors[:, :, -1]
+    weights = v[:, i] * v[:, j] * np.where(i == j, 1, 2)
+    return largest, np.einsum("pk,kpn->pn", weights, slopes)
 
 
 def kernel_poses(robot: Robot, poses: Poses) -> Any:

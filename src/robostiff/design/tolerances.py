@@ -327,7 +327,8 @@ class _DrawnRobots:
     @cached_property
     def rows(self) -> np.ndarray:
         """Poses (N, n)."""
-        return np.asarray(getattr(self.poses, "values", self.poses))
+        poses = self.poses
+        return np.asarray(poses.values if isinstance(poses, JointCoordinates) else poses)
 
     @cached_property
     def _root(self) -> np.ndarray:

@@ -207,8 +207,7 @@ def _of_chain(chain: Chain, prefix: str) -> Iterator[_Candidate]:
             k = element.role.stiffness if isinstance(element.role, Actuated | Locked) else None
             turns = all(screw.turns for screw in element.freedoms)
             if isinstance(k, int | float | np.number):
-                unknown, role = compliance(1 / float(k), _UNITS[turns]), element.role
-                yield unknown, lambda x, c, r=role: (replace(x, role=replace(r, stiffness=1 / c)),)
+                yield compliance(1 / float(k), _UNITS[turns]), _with_compliance
             kind = JointKind.PRISMATIC if isinstance(element, Telescope) else element.kind
             if kind in (JointKind.REVOLUTE, JointKind.PRISMATIC):
                 zero = Unknown(f"{name}.zero", UnknownKind.GEOMETRY, 0.0, "rad" if turns else "m")
@@ -222,6 +221,10 @@ def _of_chain(chain: Chain, prefix: str) -> Iterator[_Candidate]:
                 size = float(np.trace(C[part, part]))
                 if size and np.isclose(size, np.trace(C)) and np.linalg.matrix_rank(C) == 1:
                     yield compliance(size, _UNITS[turns]), partial(_with_factor, size=size)
+
+
+def _with_compliance(joint: Any, c: Any) -> tuple[Element, ...]:
+    return (replace(joint, role=replace(joint.role, stiffness=1 / c)),)
 
 
 def _with_factor(element: Element, factor: Any, size: float = 1.0) -> tuple[Element, ...]:

@@ -93,8 +93,6 @@ class Assembly:
         Bodies that results list by name.
     expected : str
         Names of bodies in words.
-    repeated : str
-        A name that several parts of a leg have; empty where all differ.
     steady : sequence of DeadForce
         On the platform at any load: with a moment (r,) [N m] besides, in balance with cables at
         that posture.
@@ -113,7 +111,6 @@ class Assembly:
     springs: tuple[PlacedBodySpring, ...] = ()
     nodes: dict[str, Body] = field(default_factory=dict)
     expected: str = "platform or leg/part"
-    repeated: str = ""
     steady: Sequence[Any] = ()
     moment: np.ndarray = field(default_factory=lambda: np.zeros(6))
 
@@ -198,7 +195,6 @@ class _Leg:
     prefix: str
     number: int
     blocks: list[tuple[str, NamedBody, np.ndarray]] = field(default_factory=list)
-    named: set[str] = field(default_factory=set)
 
     def along(self, leg: PlacedLeg, start: Body, end: Body) -> NamedBody:
         """Add what leads from one body to another; the body behind the last element."""
@@ -263,9 +259,6 @@ class _Leg:
     def name(self, element: Part, place: NamedBody, joint: tuple[int, int] | None = None) -> None:
         """A part by its name; of a joint its last body, and the point of its first freedom."""
         names, name = self.found.names, self.prefix + element.name
-        if name in self.named:
-            self.found.repeated = name
-        self.named.add(name)
         names[name] = place, np.asarray(element.point)
         if joint is not None:
             self.found.joints[name] = joint
@@ -317,12 +310,8 @@ class LegsInNetwork(NamedTuple):
     """A robot of legs as a network, and where its bodies are in it."""
 
     network: Network
-    assembly: Assembly
-    bodies: list[list[str]]  # of each member: the nodes before and behind its parts
-
-    def node(self, place: NamedBody) -> str:
-        """Name of the node that is a body."""
-        return place.body if place.member is None else self.bodies[place.member][place.parts]
+    of_parts: dict[str, str]  # node behind each part, by leg/part
+    of_platform: dict[str, str]  # node of each node of a flexible platform
 
 
 @kept
@@ -352,10 +341,13 @@ def network_of_legs(snapshot: Snapshot) -> LegsInNetwork:
                 springs.append(SpringElement(f"{leg}/{part.name}", *ends, *own))
         if not member.parts:
             joints[i, 0] = JointElement(leg, member.a, member.b)
+
+    def node(at: NamedBody) -> str:
+        return at.body if at.member is None else bodies[at.member][at.parts]
+
     for mass, at in found.masses:
         if mass.start is None or not at.parts:
-            body = at.body if at.member is None else bodies[at.member][at.parts]
-            masses[body].append(replace(mass, after=0))
+            masses[node(at)].append(replace(mass, after=0))
     couplings = []
     for own in found.couplings:
         terms = tuple((joints[at], 0, factor) for at, factor in own.terms)
@@ -373,4 +365,5 @@ def network_of_legs(snapshot: Snapshot) -> LegsInNetwork:
         couplings=tuple(couplings),
         gravity=snapshot.gravity,
     )
-    return LegsInNetwork(network, found, bodies)
+    of_parts = {name: node(at) for name, (at, _) in found.names.items()}
+    return LegsInNetwork(network, of_parts, found.nodes)

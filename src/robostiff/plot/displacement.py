@@ -65,9 +65,9 @@ def motion_under(posed: Snapshot | Network, bent: Deflection) -> Motions:
         nodes[name] = BodyMotion(D, twist[:3] - D @ point)
     if not isinstance(posed, Snapshot) or legs is None:
         return nodes
-    known = {name: nodes[legs.node(place)] for name, (place, _) in legs.assembly.names.items()}
+    known = {name: nodes[node] for name, node in legs.of_parts.items()}
     moved = {PLATFORM: nodes[network.platform]}
-    moved |= {node_key(name): nodes[body] for name, body in legs.assembly.nodes.items()}
+    moved |= {node_key(name): nodes[node] for name, node in legs.of_platform.items()}
     return _of_legs(posed, known, moved)
 
 

@@ -24,8 +24,8 @@ from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.stability import (
     CriticalPoint,
     least_margin,
-    lost_way,
     meets_stiffness,
+    why_path_ended,
 )
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_loaded_posture
@@ -186,7 +186,7 @@ def critical_load(
     if is_free and point is not None and point.factor <= 0:
         point = None  # what nothing holds is not stable without the load, either
     elif point is None and searched_to < up_to:
-        status |= lost_way(problem.at_rest if last is None else last.known)
+        status |= why_path_ended(problem, last)
     return CriticalLoad(loaded.name, F, status, searched_to, point)
 
 

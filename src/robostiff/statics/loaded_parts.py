@@ -12,7 +12,7 @@ import numpy as np
 from robostiff.analysis.deflection_under_load import PartShare, by_share
 from robostiff.frozen import field, frozen, replace
 from robostiff.spatial import cross, skew
-from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Owner, wrench_at
+from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Owner, group_of, wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem, State
 
 # Of loads and reactions: what they lack for equilibrium that is no rounding.
@@ -87,7 +87,7 @@ class LoadedSpring:
     @property
     def group(self) -> str:
         """What stands for a leg where parts are named."""
-        return "cables" if self.is_cable else "springs"
+        return group_of(self.is_cable)
 
 
 @frozen

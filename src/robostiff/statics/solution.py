@@ -20,10 +20,10 @@ from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.stability import (
     CriticalPoint,
     Regular,
-    lost_way,
     may_be_singular,
     meets_stiffness,
     named_margins,
+    why_path_ended,
 )
 from robostiff.statics.loaded_parts import CarriedLoads
 from robostiff.statics.loading.loaded_posture import LoadedPosture
@@ -115,7 +115,7 @@ def solved(
         if critical is not None:
             status |= Status.BEYOND_CRITICAL_LOAD
         elif ended is None or searched_to < 1.0:
-            return Solution(status | lost_way(problem.at_rest if ended is None else ended.known))
+            return Solution(status | why_path_ended(problem, ended))
         else:
             found, margins = ended, named_margins(ended.known)
     platform = found.known.held_platform

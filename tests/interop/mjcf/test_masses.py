@@ -34,24 +34,29 @@ def of_mujoco(model: Any, q: np.ndarray) -> np.ndarray:
     return M[: len(q), : len(q)]
 
 
+def check_mass_matrix(text: str, folder: Path) -> None:
+    """Compare that of an arm, from its file and from MuJoCo's model, with MuJoCo's."""
+    path, q = folder / "arm.xml", np.array([0.3, -0.5, 0.1, 0.4, -0.2])
+    path.write_text(text, encoding="utf-8")
+    model = mujoco.MjModel.from_xml_path(str(path))
+    exact, side = of_mujoco(model, q), with_side(folder, SIDE)
+    for source in (path, model):
+        M = mass_matrix(robot_of(source, side), rs.JointCoordinates(q))
+        assert np.abs(M - exact).max() < 1e-12 * np.abs(exact).max()
+
+
 @pytest.mark.parametrize(
     "compiler",
     ["", 'inertiafromgeom="true"', 'inertiafromgeom="false"', 'settotalmass="20"', 'boundmass="2"'],
 )
 def test_mass_matrix_is_that_of_mujoco(tmp_path: Path, compiler: str):
-    text, q = ARM.replace("{compiler}", compiler), np.array([0.3, -0.5, 0.1, 0.4, -0.2])
+    text = ARM.replace("{compiler}", compiler)
     if "false" in compiler:  # MuJoCo has no bodies without masses, robostiff does
         weighed = '<inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>'
         for name in ("fore", "hand", "finger"):
             start = text.index(">", text.index(f'name="{name}"')) + 1
             text = text[:start] + weighed + text[start:]
-    path = tmp_path / "arm.xml"
-    path.write_text(text, encoding="utf-8")
-    model = mujoco.MjModel.from_xml_path(str(path))
-    exact, side = of_mujoco(model, q), with_side(tmp_path, SIDE)
-    for source in (path, model):
-        M = mass_matrix(robot_of(source, side), rs.JointCoordinates(q))
-        assert np.abs(M - exact).max() < 1e-12 * np.abs(exact).max()
+    check_mass_matrix(text, tmp_path)
 
 
 def test_rotors_of_drives_are_those_of_mujoco(tmp_path: Path):
@@ -70,13 +75,7 @@ def test_rotors_of_drives_are_those_of_mujoco(tmp_path: Path):
             1,
         )
     )
-    path, q = tmp_path / "arm.xml", np.array([0.3, -0.5, 0.1, 0.4, -0.2])
-    path.write_text(text, encoding="utf-8")
-    model = mujoco.MjModel.from_xml_path(str(path))
-    exact, side = of_mujoco(model, q), with_side(tmp_path, SIDE)
-    for source in (path, model):
-        M = mass_matrix(robot_of(source, side), rs.JointCoordinates(q))
-        assert np.abs(M - exact).max() < 1e-12 * np.abs(exact).max()
+    check_mass_matrix(text, tmp_path)
 
 
 def test_masses_of_meshes_are_not_read_and_named(tmp_path: Path):

@@ -49,7 +49,7 @@ def _walked(expression: Any) -> Any:
         return expression
     forms = [walked := expression.func(*map(_walked, expression.args))]
     both = [f for f in expression.args if isinstance(f.as_base_exp()[0], sp.sin | sp.cos)]
-    for form in {expression: 0, walked: 0} if isinstance(expression, sp.Add) or both[1:] else ():
+    for form in dict.fromkeys([expression, walked]) if expression.is_Add or len(both) > 1 else ():
         plain = sp.expand(form)
         if len(plain.args) <= _TERMS:
             # Sums of angles may have names.

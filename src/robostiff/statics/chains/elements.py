@@ -323,6 +323,11 @@ class Share:
     rate: float
 
 
+def group_of(is_cable: bool) -> str:
+    """What stands for a leg where springs between bodies, or cables, are named."""
+    return "cables" if is_cable else "springs"
+
+
 def wrench_at(about: np.ndarray, point: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Wrench (..., 6) about a point (3,) of forces (..., 3) at points (..., 3) [N, N m]."""
     return np.concatenate([force, cross(point - about, force)], axis=-1)

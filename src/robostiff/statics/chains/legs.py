@@ -26,6 +26,7 @@ from robostiff.statics.chains.elements import (
     Pulls,
     Share,
     Spot,
+    group_of,
     pulls_of,
 )
 from robostiff.statics.chains.moving_chain import (
@@ -358,7 +359,7 @@ class Legs:
         moved = pulls.J @ motion
         energies = 0.5 * np.einsum("si,sij,sj->s", moved, pulls.D, moved)
         each = zip(self.springs, energies.tolist(), strict=True)
-        return [("cables" if s.is_cable else "springs", s.name, energy) for s, energy in each]
+        return [(group_of(spring.is_cable), spring.name, energy) for spring, energy in each]
 
     def load_potential(self, state: LegState, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""

@@ -28,7 +28,7 @@ from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 _NONE = 1e-10
 # Of the largest entry of a scaled matrix: an eigenvalue below it resists nothing.
 _FREE = 1e-9
-# Of the motion of the platform: how far springs move where legs nearly hold it.
+# Deflection of springs, in unit motions of the platform, beyond which a motion is scaled down.
 _FARTHER = 100.0
 # Of the largest curvature: what rounding leaves of none.
 _ROUNDING = 1e-8
@@ -148,10 +148,11 @@ def meets_stiffness(known: Linearised) -> bool:
     return bool(values.min(initial=np.inf) > _FREE * values.max(initial=0.0))
 
 
-def lost_way(known: Linearised) -> Status:
-    """Why a path ended: no equilibrium; or legs nearly hold the platform, and K has few digits."""
-    few, scaled = known.lacks_digits, known.K_total / np.outer(*[known.problem.scale] * 2)
-    few |= meets_stiffness(known) and bool(np.linalg.cond(scaled) > 1.0 / LOST)
+def why_path_ended(problem: EquilibriumProblem, last: FoundEquilibrium | None) -> Status:
+    """No equilibrium, or too few digits of K where the last one was found, beside a singularity."""
+    known = problem.at_rest if last is None else last.known
+    scaled = known.K_total / np.outer(problem.scale, problem.scale)
+    few = known.lacks_digits or (meets_stiffness(known) and np.linalg.cond(scaled) > 1.0 / LOST)
     return Status.ILL_CONDITIONED if few else Status.NO_EQUILIBRIUM
 
 
@@ -164,10 +165,10 @@ def platform_margin(known: Linearised) -> Margin:
 
 @kept
 def _platform_motions(known: Linearised) -> np.ndarray:
-    """Those that rigid parts leave to the platform (r, m), unit ones unless springs move farther.
+    """Motions of the platform that rigid parts allow (r, m), of unit size or smaller.
 
-    Where legs nearly hold it, springs give way far though it hardly moves. Beside the stiffness
-    there, that of others would look like none.
+    Near a singular posture of a leg, a small motion of the platform can deflect springs far. Such a
+    motion is scaled down: beside its large stiffness that of the others would count as zero.
     """
     problem, held = known.problem, known.held_platform
     free = np.eye(problem.size) if held is None else held.free

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import singledispatch
 from typing import Any
 
@@ -36,14 +37,15 @@ def assembly_of(posed: Any) -> Assembly:
 
 @assembly_of.register
 def _(posed: Snapshot) -> Assembly:
-    found = of_legs(posed.legs, posed.platform, posed.masses, posed.springs)
-    if found.repeated:
-        raise InputError(
-            "parts of a snapshot under load",
-            got=Words(f"{found.repeated}, twice"),
-            expected="each name once in a leg: loads and masses are known by it",
-        )
-    return found
+    for leg in posed.legs:
+        times = Counter(part.name for part in leg.parts)
+        for name in (name for name, count in times.items() if count > 1):
+            raise InputError(
+                "parts of a snapshot under load",
+                got=Words(f"{leg.name}/{name}, twice"),
+                expected="each name once in a leg: loads and masses are known by it",
+            )
+    return of_legs(posed.legs, posed.platform, posed.masses, posed.springs)
 
 
 @assembly_of.register
