@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -219,7 +219,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
         w, c = found.leg(first, way)
         named.append(replace(bare, name=leg.name, wrenches=w, compliances=c))
     in_names = InNames(found.K, tuple(named), found.definitions)
-    full = in_given_symbols(found.definitions)
+    full = cache(lambda: in_given_symbols(found.definitions))
     legs = [_in_given_symbols(leg, full, found.K.rows) for leg in named]
     return _derivation(placed, found.K, legs, found.definitions, in_names)
 
@@ -234,7 +234,7 @@ def _turned(placed: PlacedRobot) -> dict[int, tuple[int, Image]]:
     return images_of_legs(placed.robot, numbers.leg_stiffness, placed.length)
 
 
-def _in_given_symbols(leg: LegDerivation, full: dict[Any, Any], n: int) -> LegDerivation:
+def _in_given_symbols(leg: LegDerivation, full: Callable[[], Any], n: int) -> LegDerivation:
     """A leg without names, and with K (n x n); written when it is first looked at."""
 
     def stiffness() -> sp.ImmutableMatrix:
@@ -243,8 +243,8 @@ def _in_given_symbols(leg: LegDerivation, full: dict[Any, Any], n: int) -> LegDe
 
     found = replace(
         leg,
-        wrenches=Unwritten(lambda: tuple(w.xreplace(full) for w in leg.wrenches)),
-        compliances=Unwritten(lambda: tuple(c.xreplace(full) for c in leg.compliances)),
+        wrenches=Unwritten(lambda: tuple(w.xreplace(full()) for w in leg.wrenches)),
+        compliances=Unwritten(lambda: tuple(c.xreplace(full()) for c in leg.compliances)),
         K=Unwritten(stiffness),
     )
     return found

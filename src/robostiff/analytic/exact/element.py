@@ -193,7 +193,18 @@ def root_of(radicand: Any) -> Any:
     """A square root of what is real, as SymPy would write it; it would look for imaginary parts."""
     if not (radicand.is_Add or radicand.is_Mul):
         return sp.sqrt(radicand)
-    return sp.expand_power_base(sp.Pow(radicand, sp.S.Half, evaluate=False), deep=False)
+    root = sp.Pow(radicand, sp.S.Half, evaluate=False)
+    factors = radicand.args if radicand.is_Mul else ()
+    # Where it would find no factor of a known sign, it looks longest.
+    if all(x is sp.S.NegativeOne or _is_of_either_sign(x) for x in factors):
+        return root
+    return sp.expand_power_base(root, deep=False)
+
+
+def _is_of_either_sign(expression: Any) -> bool:
+    """Whether an expression is a sum with symbols in all terms, some of them subtracted."""
+    signs = {x.could_extract_minus_sign() for x in expression.args} if expression.is_Add else ()
+    return len(signs) == 2 and all(x.free_symbols for x in expression.args)
 
 
 class OutsideFieldError(InputError):

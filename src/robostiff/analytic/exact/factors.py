@@ -61,7 +61,12 @@ def factored(field: ExactField, above: Any, below: Any = None) -> Any:
 @cacheit
 def starts_with_minus(expression: Any) -> bool:
     """Whether a sum is printed with a minus sign in front."""
-    return expression.is_Add and expression.as_ordered_terms()[0].could_extract_minus_sign()
+    signs = (
+        {x.could_extract_minus_sign() for x in expression.args} if expression.is_Add else {False}
+    )
+    if len(signs) == 1:  # in whatever order
+        return signs.pop()
+    return expression.as_ordered_terms()[0].could_extract_minus_sign()
 
 
 def without_sign(expression: Any) -> Any:

@@ -48,12 +48,24 @@ def _walked(expression: Any) -> Any:
     if not expression.has(sp.sin, sp.cos) or isinstance(expression, sp.sin | sp.cos):
         return expression
     forms = [walked := expression.func(*map(_walked, expression.args))]
-    both = [f for f in expression.args if isinstance(f.as_base_exp()[0], sp.sin | sp.cos)]
-    for form in dict.fromkeys([expression, walked]) if expression.is_Add or len(both) > 1 else ():
+    bases = (f.as_base_exp()[0] for f in expression.args)
+    both = [f.args[0] for f in bases if isinstance(f, sp.sin | sp.cos)]
+    # A product of functions of different angles is longer as a sum.
+    is_open = expression.is_Add or (
+        len(both) > 1 and (len({*both}) < len(both) or any(x.has(sp.Add) for x in expression.args))
+    )
+    for form in dict.fromkeys([expression, walked]) if is_open else ():
         plain = sp.expand(form)
         if len(plain.args) <= _TERMS:
             # Sums of angles may have names.
             are_plain = all(x.args[0].is_Symbol for x in plain.atoms(sp.sin, sp.cos))
-            each = TR10i(plain), TR10i(sp.expand(TR8(plain))) if are_plain else plain
+            other = _of_sums(sp.expand(TR8(plain))) if are_plain else plain
+            each = dict.fromkeys([_of_sums(plain), other])
             forms += [*each, *map(sp.factor_terms, each)]
     return _first_shortest(forms)
+
+
+def _of_sums(plain: Any) -> Any:
+    """With functions of sums of angles, which take sine and cosine of one and the same angle."""
+    angles = ({x.args[0] for x in plain.atoms(kind)} for kind in (sp.sin, sp.cos))
+    return plain if next(angles).isdisjoint(next(angles)) else TR10i(plain)

@@ -128,9 +128,12 @@ def _orbits(
             moved, rest = image(way, items[first]), sorted(remaining - found.keys())
             both = np.stack([items[rest] - moved, items[rest] + moved])
             apart = np.abs(both).max(axis=tuple(range(2, both.ndim)))
-            for k in np.flatnonzero(apart.min(axis=0) < close)[:1]:
-                found[rest[k]] = replace(way, sign=1 if apart[0, k] <= apart[1, k] else -1)
-        return found if len(found) == len(ways) else {}
+            near = np.flatnonzero(apart.min(axis=0) < close)
+            if not near.size:
+                return {}
+            k = near[0]
+            found[rest[k]] = replace(way, sign=1 if apart[0, k] <= apart[1, k] else -1)
+        return found
 
     every = set(range(len(items)))
     for N in range(len(items), 2, -1):

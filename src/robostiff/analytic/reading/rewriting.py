@@ -167,8 +167,10 @@ def rest_of_squares(above: Any, below: Any) -> Any:
 def third_side(radicand: Any, above: Any) -> Any:
     """The product b for which b^2 is a radicand and a square a^2; None where b is no product."""
     square = factored_fraction(radicand + above**2)
-    side = None if square.is_Add else root_of(square).replace(sp.Abs, lambda size: size)
-    return None if side is None or side.has(sp.Add) or side.atoms(sp.Pow) else side
+    if square.has(sp.Add):
+        return None  # before SymPy looks for the signs of sums
+    side = root_of(square).replace(sp.Abs, lambda size: size)
+    return None if side.atoms(sp.Pow) else side
 
 
 @cacheit
@@ -176,7 +178,7 @@ def divided(expression: Any, ratio: Definition) -> Any:
     """An expression with powers of a ratio in its products, where these become no longer."""
     if not expression.args or not symbols_in(ratio.expression) <= symbols_in(expression):
         return expression
-    expression = made_of(expression, [divided(part, ratio) for part in expression.args])
+    expression = _with_parts(expression, lambda x: divided(x, ratio))
     if not isinstance(expression, sp.Mul):
         return expression
     rest, part = dict(powers(expression)), powers(ratio.expression)
@@ -279,6 +281,13 @@ class CountedFormula:
         return tuple(x for x in self.parts if x.is_Add)
 
     @cached_property
+    def square(self) -> Any:
+        """Its square, multiplied out where it is no product of several sums."""
+        square = self.expression**2
+        sums = [x for x in sp.Mul.make_args(square) if x.as_base_exp()[0].is_Add]
+        return square if len(sums) > 1 else sp.expand(square)
+
+    @cached_property
     def uses(self) -> Counter[Any]:
         """How often its symbols are used, and how often of these in powers (symbol, 2)."""
         uses = Counter[Any](y for x in self.parts for y in x.args if y.is_Symbol)
@@ -296,7 +305,7 @@ class CountedFormula:
         found = []
         for factors in (powers(x) for x in self.parts if x.is_Mul):
             bases = (b for b in factors if b.is_Symbol and not b.name.startswith(_NO_LENGTHS))
-            for a, b in combinations(sorted(bases, key=str), 2):
+            for a, b in combinations(sorted(bases, key=lambda x: x.name), 2):
                 is_named = any(x.name.startswith(("L_", "d_")) for x in (a, b))
                 if is_named and factors[a] == -factors[b]:
                     found.append((a, b) if factors[a] > 0 else (b, a))
@@ -308,7 +317,7 @@ class CountedFormula:
         found = []
         for total in self.sums:
             plus = sorted((x for x in total.args if x.is_Symbol), key=str)
-            minus = sorted((-x for x in total.args if (-x).is_Symbol), key=str)
+            minus = sorted((x for t in total.args if t.is_Mul and (x := -t).is_Symbol), key=str)
             found += [(a, b) for a in plus for b in minus]
         return tuple(found)
 

@@ -329,14 +329,20 @@ class _Search:
         for total, times in sums.most_common(_SUMS):
             if times > 1 and total.free_symbols:
                 yield self.with_name(w, total, "theta" if total in angles else "p")
+        terms_of = {x: (frozenset(x.args), self.bits_of(symbols_in(x))) for x in sums}
         for name, formula in w.names.items():
             expression = formula.expression
-            new, powers = Definition(name, expression), [(expression, name)]
-            if not name.name.startswith(_SPRINGS):
-                powers.append((sp.expand(expression**2), name**2))
+            around = [
+                terms
+                for x, (terms, symbols) in terms_of.items()
+                if not formula.symbols & ~symbols and x not in formula.sums
+            ]
+            new, powers = Definition(name, expression), [(expression, name)] if around else []
+            if around and not name.name.startswith(_SPRINGS):
+                powers.append((formula.square, name**2))
             for total, power in powers:
-                if total.is_Add and any(total != x and {*total.args} <= {*x.args} for x in sums):
-                    terms = frozenset(total.args)
+                terms = frozenset(total.args)
+                if total.is_Add and any(terms < x for x in around):
                     yield self.move(with_sum, terms, power, of=symbols_in(total), new=new)
 
     def with_name(self, w: Writing, total: Any, letter: str) -> Move:
@@ -355,17 +361,18 @@ class _Search:
             if not self.is_unit(x, y):
                 continue
             formula = w.names[x].expression
-            if any(1 - y**2 in f.parts for f in w.formulas):
-                put = ((1 - y**2, x**2),)
+            rest = 1 - y**2
+            if any(rest in f.sums for f in w.formulas):
+                put = ((rest, x**2),)
                 yield self.move(put_in, put, of=[y], new=Definition(x, formula))
             needed = self.needed(self.bits[y], w.names)
             if needed & self.bits[x]:
                 continue
-            root = root_of(1 - y**2)
+            root = root_of(rest)
             if root != formula and np.all(self.at[x] > -_SAME):
                 yield Move(put_in, (), -1, Definition(x, root))
             if needed != self.bits[y]:
-                yield self.move(in_squares, x, 1 - y**2, formula, of=[x], out=x)
+                yield self.move(in_squares, x, rest, formula, of=[x], out=x)
 
     def by_angles(self, w: Writing) -> Iterator[Move]:
         """The angle of a triangle of three known sides, b sin(theta) = sqrt(b^2 - a^2)."""
