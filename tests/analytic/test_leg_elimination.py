@@ -1,7 +1,5 @@
 """K^0 to K^n of a leg of a robot, against the paper's Section VI and the numerical form."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import sympy as sp
@@ -10,7 +8,7 @@ import robostiff as rs
 from robostiff.analytic import AtSymbols, Steps, derive_leg
 from robostiff.analytic.exact.exact_points import matrix_value
 from robostiff.analytic.export.entries import EntryNames
-from robostiff.analytic.legs import check_leg
+from robostiff.analytic.placement.agreement import numbers_of
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.robot_pose import AtHome
 from robostiff.errors import DisagreementError
@@ -84,11 +82,11 @@ def test_a_leg_coupled_in_all_directions_is_inverted_in_steps(symbols, budget):
 def test_a_wrong_stage_is_found():
     robot = rs.load("gough-stewart-a-beams", symbols=("h",))
     leg = derive_leg(robot, "leg1")
-    placed = place_robot(robot, AtHome())
-    check_leg(leg, placed)
+    numbers = numbers_of(place_robot(robot, AtHome()))
+    numbers.check(leg.K, leg.definitions, 0)
     for wrong in (leg.K * sp.Rational(1001, 1000), leg.K + leg.K0 / 1000):
-        with pytest.raises(DisagreementError, match="leg1"):
-            check_leg(replace(leg, K=wrong), placed)
+        with pytest.raises(DisagreementError, match="leg 1"):
+            numbers.check(wrong, leg.definitions, 0)
 
 
 def test_a_leg_with_beams_at_a_general_pose_is_read_in_steps():

@@ -19,13 +19,13 @@ from robostiff.analytic.calculus import compliance_formula
 from robostiff.analytic.chain import Closed, Steps, derive_chain
 from robostiff.analytic.derivation import Derivation
 from robostiff.analytic.exact.definition import NamedSteps, Unwritten, count_of, used_definitions
-from robostiff.analytic.exact.trigonometry import shortest_trigonometry
-from robostiff.analytic.placement.agreement import AGREED, check_value, numbers_of
+from robostiff.analytic.placement.agreement import numbers_of
 from robostiff.analytic.placement.conditions import conditions_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, place_robot
 from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import StepReading
+from robostiff.analytic.reading.rewriting import shortest_trigonometry
 from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, summed
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm, transport
@@ -321,7 +321,8 @@ def derive_leg(
             if form is not None and derive is in_steps:
                 raise
     found = found or in_steps(Steps())
-    check_leg(found, placed)
+    # `derive_chain` has compared what is before it.
+    numbers_of(placed).check(found.K, found.definitions, names.index(leg))
 
     def in_vectors() -> VectorForm | None:
         again = place_robot(robot, placed.pose).knowing(found.definitions)
@@ -378,23 +379,3 @@ def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimi
         conditions=Unwritten(lambda: conditions_of(placed, leg.name)),
         meanings=placed.meanings,
     )
-
-
-_FLOOR = 1e-3  # of K of the robot, added on both sides: rounding of what vanishes is not compared
-
-
-def check_leg(found: LegElimination, placed: PlacedRobot) -> None:
-    """Compare K with that of the wrench basis; `derive_chain` has compared what is before it.
-
-    Raises
-    ------
-    DisagreementError
-    """
-    names = [f"{model.name} of {placed.robot.name}" for model in placed.robot.legs]
-    numbers = numbers_of(placed)
-    for values, result, _ in numbers.places:
-        expected = result.leg_stiffness[names.index(found.leg)]
-        whole = found.K + sp.Matrix(_FLOOR * result.K)
-        given = {s: values[s.name] for s in numbers.symbols}
-        compared = whole, found.definitions, given, expected + _FLOOR * result.K
-        check_value(*compared, AGREED, found.leg, placed.length)

@@ -15,11 +15,11 @@ import sympy as sp
 
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import count_of, used_definitions
-from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.legs import LegGeometry
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
+from robostiff.analytic.reading.rewriting import shortest_trigonometry
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.substitution import Substitution, at_values
 from robostiff.analytic.vectors.forms import InSeries, LegTable, VectorForm

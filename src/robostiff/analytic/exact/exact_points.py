@@ -223,32 +223,26 @@ def _values(
     number: Callable[[Any], Any],
     compute: Callable[[Any, list[Any]], Any],
 ) -> list[Any]:
-    for definition in definitions:
-        known[definition.symbol] = _value(definition.expression, known, number, compute)
-    return [_value(expression, known, number, compute) for expression in expressions]
-
-
-def _value(
-    expression: Any,
-    known: dict[Any, Any],
-    number: Callable[[Any], Any],
-    compute: Callable[[Any, list[Any]], Any],
-) -> Any:
-    found = known.get(expression)
-    if found is not None:
-        return found
-    if expression.is_Number or not expression.args:
-        if expression.is_Symbol:
-            raise InputError("values of symbols", got=Words(f"none for {expression}"))
-        value = number(expression)
-    else:
-        arguments = [_value(part, known, number, compute) for part in expression.args]
-        if expression.is_Add or expression.is_Mul:
-            value = reduce(add if expression.is_Add else mul, arguments)
+    def value_of(expression: Any) -> Any:
+        found = known.get(expression)
+        if found is not None:
+            return found
+        if expression.is_Number or not expression.args:
+            if expression.is_Symbol:
+                raise InputError("values of symbols", got=Words(f"none for {expression}"))
+            value = number(expression)
         else:
-            value = compute(expression, arguments)
-    known[expression] = value
-    return value
+            arguments = [value_of(part) for part in expression.args]
+            if expression.is_Add or expression.is_Mul:
+                value = reduce(add if expression.is_Add else mul, arguments)
+            else:
+                value = compute(expression, arguments)
+        known[expression] = value
+        return value
+
+    for definition in definitions:
+        known[definition.symbol] = value_of(definition.expression)
+    return [value_of(expression) for expression in expressions]
 
 
 def _in_floats(expression: Any, arguments: list[Any]) -> Any:

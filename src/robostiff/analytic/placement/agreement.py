@@ -25,6 +25,7 @@ from robostiff.model import Robot
 AGREED = 1e-8
 # Limit where the numerical form reports a loss of digits.
 _AGREED_IN_DOUBT = 1e-4
+_FLOOR = 1e-3  # of K of a robot, beside that of a leg
 
 # Of parameters: formulas that differ do so at almost all values.
 _SETS = 1
@@ -55,8 +56,10 @@ class RobotInNumbers:
         """(n, n) of each leg about the reference point, at the first of the values."""
         return self.places[0][1].leg_stiffness
 
-    def check(self, K: Any, definitions: tuple[Definition, ...] = ()) -> None:
-        """Compare a formula of the stiffness with that in numbers.
+    def check(
+        self, K: Any, definitions: tuple[Definition, ...] = (), leg: int | None = None
+    ) -> None:
+        """Compare a formula of the stiffness, or of that of a leg, with that in numbers.
 
         Raises
         ------
@@ -65,8 +68,13 @@ class RobotInNumbers:
         """
         for values, result, doubtful in self.places:
             given = {s: values[s.name] for s in self.symbols}
-            limit = _AGREED_IN_DOUBT if doubtful else AGREED
-            check_value(K, definitions, given, result.K, limit, self.where, self.length)
+            limit = _AGREED_IN_DOUBT if doubtful and leg is None else AGREED
+            found, expected, where = K, result.K, self.where
+            if leg is not None:
+                # A part of K is added on both sides: rounding of what vanishes is not compared.
+                beside, where = _FLOOR * result.K, f"leg {leg + 1} of {where}"
+                found, expected = K + sp.Matrix(beside), result.leg_stiffness[leg] + beside
+            check_value(found, definitions, given, expected, limit, where, self.length)
 
 
 @kept

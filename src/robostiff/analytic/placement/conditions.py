@@ -15,11 +15,11 @@ import sympy as sp
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD, solve_snapshot
 from robostiff.analytic.exact.closed import factored_fraction
 from robostiff.analytic.exact.definition import Condition, count_of
-from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.placement.closed_posture import gap_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot, home_frame
 from robostiff.analytic.placement.robot_pose import platform_pose
 from robostiff.analytic.reading.record_reading import ClosedReading
+from robostiff.analytic.reading.rewriting import shortest_trigonometry
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE
 from robostiff.errors import OpenAtHomeError
 from robostiff.kinematics import FormulaPose, place_leg, posture_finder

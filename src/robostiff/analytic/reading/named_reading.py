@@ -21,9 +21,8 @@ from robostiff.analytic.exact.element import root_of
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.factors import bound_of_terms, by_powers, completed_squares, factored
 from robostiff.analytic.exact.field import ExactField, shared_field
-from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.reading.rewriting import free_names
+from robostiff.analytic.reading.rewriting import free_names, shortest_trigonometry
 from robostiff.record import Entry, Operation, Record
 from robostiff.recorded import entry_reader
 

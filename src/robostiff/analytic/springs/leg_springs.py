@@ -81,13 +81,10 @@ class ConjugateWrench:
 
     def seen_from(self, place: WorkingFrame | np.ndarray, search: WrenchSearch) -> list[Any]:
         """Its six entries in a frame, about its origin, or about a point in world axes."""
-        record, length, factors = search.record, search.length, [f for f, _ in self.parts]
-        if isinstance(place, WorkingFrame):
-            each = [w.seen_from(place, record, length) for _, w in self.parts]
-        else:
-            each = [w.about(place, record, length) for _, w in self.parts]
+        each = [w.seen_from(place, search) for _, w in self.parts]
+        factors = [f for f, _ in self.parts]
         columns = zip(*each, search.scale, strict=True)
-        return [record.simplified(dot(factors, own), scale) for *own, scale in columns]
+        return [search.record.simplified(dot(factors, own), scale) for *own, scale in columns]
 
 
 @frozen(eq=False)
@@ -101,8 +98,7 @@ class BlockSprings:
 
     def shares(self, wrench: UnitWrench) -> list[Any]:
         """What of each of its wrenches makes up a given one."""
-        w = wrench.seen_from(self.frame, self.search.record, self.search.length)
-        return shares_of(self.columns, w, self.search)
+        return shares_of(self.columns, wrench.seen_from(self.frame, self.search), self.search)
 
 
 @dataclass
@@ -119,14 +115,14 @@ class LegReader:
         self, leg: PlacedLeg, a: UnitWrench, b: UnitWrench
     ) -> tuple[Contribution, ...]:
         """What the springs and drives of a leg add to a^T C b, base to platform."""
-        found, record, length = list[Contribution](), self.search.record, self.search.length
+        found, record = list[Contribution](), self.search.record
         beams = {id(x): recognised_beam(x, record) for x in leg.springs}
         for beam in filter(None, beams.values()):
             self.read.length(beam[0])  # named before anything is written with it
         for part in leg.elements:
             if isinstance(part, PlacedSpring):
-                load = a.load_on(part, record, length)
-                both = load, load if b is a else b.load_on(part, record, length)
+                load = a.load_on(part, self.search)
+                both = load, load if b is a else b.load_on(part, self.search)
                 beam = beams[id(part)]
                 found += self.of_spring(both, beam, part.elasticity.compliance)
             elif isinstance(part, PlacedBlock):
@@ -135,7 +131,7 @@ class LegReader:
                 for x, y, c in zip(*shares, block.compliances, strict=True):
                     found.append((self._sum((x, y)), c))
             elif isinstance(part, PlacedFreedom) and part.stiffness is not None:
-                work = [w.work_on(part, record, length) for w in (a, b)]
+                work = [w.work_on(part, self.search) for w in (a, b)]
                 found.append(self.of_drive(work, part.stiffness))
         return tuple(x for x in found if x[0] != 0)
 
@@ -330,7 +326,7 @@ class LegReader:
             raise NoUnitWrenchesError
         units = basis.wrenches[::-1]  # forces first: they are moved by couples
         frame = self._frame(block, units)
-        columns = [w.seen_from(frame, record, search.length) for w in units]
+        columns = [w.seen_from(frame, search) for w in units]
         shares = [shares_of(columns, w.seen_from(frame, search), search) for w in wrenches]
         at = at_samples(shares, record.count).reshape(record.count, len(wrenches), len(units))
         compliances = np.stack([w.sample for w in wrenches], axis=1)
@@ -358,14 +354,13 @@ class LegReader:
 
     def _frame(self, block: PlacedBlock, units: Sequence[UnitWrench]) -> WorkingFrame:
         """A frame in which wrenches look simple: that of a spring, or the world's."""
-        record, length = self.search.record, self.search.length
         parts = [part for branch in block.branches for part in branch.springs]
         world = np.eye(3, dtype=int).astype(object)
         frames = [WorkingFrame(part.rotation, part.point) for part in parts]
         frames.append(WorkingFrame(world, block.branches[0].end))
 
         def entries(frame: WorkingFrame) -> int:
-            seen = [x for w in units for x in w.seen_from(frame, record, length)]
+            seen = [x for w in units for x in w.seen_from(frame, self.search)]
             return sum(isinstance(x, Entry) for x in seen)
 
         return min(frames, key=entries)

@@ -24,7 +24,6 @@ from robostiff.analytic.exact.definition import (
     operations_of,
     used_definitions,
 )
-from robostiff.analytic.exact.trigonometry import shortest_trigonometry
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.turned_legs import (
     COMPONENTS,
@@ -37,7 +36,7 @@ from robostiff.analytic.placement.turned_legs import (
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import written_size
-from robostiff.analytic.reading.rewriting import Written
+from robostiff.analytic.reading.rewriting import Written, shortest_trigonometry
 from robostiff.analytic.reading.short_writing import shortest
 from robostiff.analytic.springs.leg_springs import LegReader, NoUnitWrenchesError
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch

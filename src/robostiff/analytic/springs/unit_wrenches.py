@@ -130,32 +130,28 @@ class UnitWrench:
     direction: np.ndarray  # (3,): unit vector, world axes
     point: np.ndarray | None  # (3,): a point of the line of a force [m]; None for a couple
 
-    def about(self, reference: np.ndarray, record: Record, length: float) -> list[Any]:
-        """Its six entries about a point, world axes."""
-        if self.point is None:
-            return [0, 0, 0, *self.direction]
-        moment = cross(self.point - reference, self.direction)
-        return [*self.direction, *(record.simplified(x, length) for x in moment)]
-
-    def load_on(self, spring: PlacedSpring, record: Record, length: float) -> list[Any]:
-        """Force and moment at an elastic part, in its own axes."""
-        return self.seen_from(WorkingFrame(spring.rotation, spring.point), record, length)
-
-    def seen_from(self, frame: WorkingFrame, record: Record, length: float) -> list[Any]:
-        """Its six entries in a frame, about its origin."""
-        turned = [record.simplified(x) for x in turned_back(frame.R, self.direction)]
+    def seen_from(self, place: WorkingFrame | np.ndarray, search: WrenchSearch) -> list[Any]:
+        """Its six entries in a frame, about its origin, or about a point in world axes."""
+        R, p = (place.R, place.p) if isinstance(place, WorkingFrame) else (None, place)
+        e, simplified = self.direction, search.record.simplified
+        turned = e if R is None else [simplified(x) for x in turned_back(R, e)]
         if self.point is None:
             return [0, 0, 0, *turned]
-        moment = turned_back(frame.R, cross(self.point - frame.p, self.direction))
-        return [*turned, *(record.simplified(x, length) for x in moment)]
+        moment = cross(self.point - p, e)
+        moment = moment if R is None else turned_back(R, moment)
+        return [*turned, *(simplified(x, search.length) for x in moment)]
 
-    def work_on(self, freedom: PlacedFreedom, record: Record, length: float) -> Any:
+    def load_on(self, spring: PlacedSpring, search: WrenchSearch) -> list[Any]:
+        """Force and moment at an elastic part, in its own axes."""
+        return self.seen_from(WorkingFrame(spring.rotation, spring.point), search)
+
+    def work_on(self, freedom: PlacedFreedom, search: WrenchSearch) -> Any:
         """Work on a unit motion of a joint."""
         at = freedom.point if self.point is None else self.point
         twist = freedom.twist(np.asarray(at, dtype=object))
         part = twist[3:] if self.point is None else twist[:3]
         total = part[0] * self.direction[0] + part[1] * self.direction[1]
-        return record.simplified(total + part[2] * self.direction[2], length)
+        return search.record.simplified(total + part[2] * self.direction[2], search.length)
 
 
 @frozen
@@ -216,19 +212,19 @@ class WrenchSearch:
         m = sample.transmitted
         if few_couplings and _least_couplings([one[0].scaled for one in places], sample) > m:
             return None
-        found, record, length = list[_PlacedWrench](), self.record, self.length
+        found = list[_PlacedWrench]()
         for alike in places:
             each = []
             for one in alike:
-                entries = one.wrench.about(self.reference, record, length)
+                entries = one.wrench.seen_from(self.reference, self)
                 for part in leg.parts:
                     if isinstance(part, PlacedSpring):
-                        entries += one.wrench.load_on(part, record, length)
+                        entries += one.wrench.load_on(part, self)
                     elif part.stiffness is not None:
-                        entries.append(one.wrench.work_on(part, record, length))
+                        entries.append(one.wrench.work_on(part, self))
                 used = [x for x in entries if isinstance(x, Entry)]
                 numbers = sum(not isinstance(x, Entry) and x != 0 for x in entries)
-                steps = record.cost(x.step for x in used)
+                steps = self.record.cost(x.step for x in used)
                 each.append(replace(one, cost=10 * steps + 10 * len(used) + numbers))
             found.append(min(each, key=lambda one: one.cost))
         count = m
@@ -241,7 +237,7 @@ class WrenchSearch:
         sample, count = SampledLeg.of(leg, self), self.record.count
         if sample is None or sample.transmitted != len(wrenches):
             return None
-        each = [w.about(self.reference, self.record, self.length) for w in wrenches]
+        each = [w.seen_from(self.reference, self) for w in wrenches]
         W = np.stack([at_samples(w, count) / self.scale for w in each], axis=1)
         W = W[:, :, self.space.rows]
         does_work = sample.J.size and np.max(np.abs(W @ sample.J)) > IDLE * np.max(np.abs(W))
