@@ -68,7 +68,6 @@ class ExactPoints:
         self.record = record
         self.count: int = min(_POINTS, record.count)
         self._known: dict[int, tuple[Any, ...]] = {}
-        self._numbers: dict[Any, Any] = {}
 
     def values(self, step: int) -> tuple[Any, ...]:
         """Balls that contain the values of a step, one a point."""
@@ -119,13 +118,6 @@ class ExactPoints:
                 for ball, a, b in zip(*map(self.values, (step, *factors)), strict=True)
             )
 
-    def number(self, value: Any) -> Any:
-        """The ball of a number."""
-        if value not in self._numbers:
-            with flint.ctx.workprec(BITS):
-                self._numbers[value] = balls_of([exact(value)], {})[0]
-        return self._numbers[value]
-
     def _computed(self, step: int) -> tuple[Any, ...]:
         spend()
         operation, a, _ = self.record.operation(step)
@@ -134,7 +126,7 @@ class ExactPoints:
             ratios = [float(x).as_integer_ratio() for x in sample[: self.count]]
             return tuple(flint.arb(flint.fmpq(*ratio)) for ratio in ratios)
         if operation is Operation.NUMBER:
-            return (self.number(a),) * self.count
+            return tuple(balls_of([exact(a)], {})) * self.count
         arguments = self.record.arguments(step)
         if operation in (Operation.LEAST, Operation.GREATER):
             is_greater = chooses_greater(self.record, step)

@@ -121,8 +121,9 @@ class LegReader:
             self.read.length(beam[0])  # named before anything is written with it
         for part in leg.elements:
             if isinstance(part, PlacedSpring):
-                load = a.load_on(part, self.search)
-                both = load, load if b is a else b.load_on(part, self.search)
+                frame = WorkingFrame(part.rotation, part.point)
+                load = a.seen_from(frame, self.search)
+                both = load, load if b is a else b.seen_from(frame, self.search)
                 beam = beams[id(part)]
                 found += self.of_spring(both, beam, part.elasticity.compliance)
             elif isinstance(part, PlacedBlock):

@@ -141,10 +141,6 @@ class UnitWrench:
         moment = moment if R is None else turned_back(R, moment)
         return [*turned, *(simplified(x, search.length) for x in moment)]
 
-    def load_on(self, spring: PlacedSpring, search: WrenchSearch) -> list[Any]:
-        """Force and moment at an elastic part, in its own axes."""
-        return self.seen_from(WorkingFrame(spring.rotation, spring.point), search)
-
     def work_on(self, freedom: PlacedFreedom, search: WrenchSearch) -> Any:
         """Work on a unit motion of a joint."""
         at = freedom.point if self.point is None else self.point
@@ -219,7 +215,8 @@ class WrenchSearch:
                 entries = one.wrench.seen_from(self.reference, self)
                 for part in leg.parts:
                     if isinstance(part, PlacedSpring):
-                        entries += one.wrench.load_on(part, self)
+                        frame = WorkingFrame(part.rotation, part.point)
+                        entries += one.wrench.seen_from(frame, self)
                     elif part.stiffness is not None:
                         entries.append(one.wrench.work_on(part, self))
                 used = [x for x in entries if isinstance(x, Entry)]
