@@ -234,8 +234,9 @@ class Posing:
         "--pose",
         metavar=_POSE,
         help="Platform pose: point [m] and rotation vector [rad], units may be written ('10 mm 0 "
-        "0.5 0 0 10 deg'); or the robot's free coordinates alone; or tip and axis of the tool, "
-        "'tip 0.1 0 0.5 axis 0 0.1 1'. Home when left out.",
+        "0.5 0 0 10 deg'); or the robot's free coordinates alone, or some by name, 'z=0.5, rx=10 "
+        "deg', others as at home; or tip and axis of the tool, 'tip 0.1 0 0.5 axis 0 0.1 1'. Home "
+        "when left out.",
     )
     joints: str | None = option(
         "--joints",

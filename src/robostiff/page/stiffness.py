@@ -177,8 +177,8 @@ def _posture(result: Stiffness) -> str:
     ((leg, q),) = result.joint_coordinates.items()
     names = result.details().joint_names.get(leg, [leg] * len(q))
     drives = [
-        f"{name}={number(value)}"
-        for name, value in zip(names, q, strict=True)
+        f"{name}={value}"
+        for name, value in zip(names, row(q).split(", "), strict=True)
         if f"{leg}/{name}" not in result.details().passive_joint_names
     ]
     if len(drives) == len(q):
