@@ -26,6 +26,7 @@ from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics import Pose
 from robostiff.kinematics.pose import requested_pose
+from robostiff.markup import InNotebooks
 from robostiff.model.cable import CableRobot
 
 _NO_LENGTH = 1e-9  # of the characteristic length
@@ -43,11 +44,28 @@ class CableAnswer(StatusOfPoses):
     wrench: np.ndarray
     status_codes: np.ndarray
     rule: str
+    limits: tuple[np.ndarray, np.ndarray]
+
+    @property
+    def reference_point(self) -> np.ndarray:
+        """Point of the platform about which wrench and matrices are given (..., 3) [m]."""
+        return self.placed.reference_point
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """Advice about this result, a sentence each."""
-        return self.status.advice
+        """Advice about this result, a sentence each; of a pose alone what tensions lack."""
+        if self.batch_shape or Status.INFEASIBLE not in self.status:
+            return self.status.advice
+        problem = tension_problem(self.placed, self.wrench, self.limits)
+        tensions = problem.closest(0)
+        if tensions is None:
+            lack = "weight and wrench have a part that no tensions balance, whatever their limits"
+            return lack, *self.status.advice
+        beyond = problem.beyond(tensions).max()
+        lack = (
+            f"the tensions that balance weight and wrench are {beyond:.4g} N or more beyond limits"
+        )
+        return lack, *self.status.advice
 
     def __getitem__(self, index: Any) -> Self:
         """The answer at one pose, or at some poses, of a batch."""
@@ -57,7 +75,7 @@ class CableAnswer(StatusOfPoses):
 
 
 @frozen(repr=False)
-class CableTensions(CableAnswer):
+class CableTensions(InNotebooks, CableAnswer):
     """Tensions of the cables at a pose or a batch of poses.
 
     Attributes
@@ -77,6 +95,8 @@ class CableTensions(CableAnswer):
         `Status` of every pose.
     rule : str
         How they were chosen.
+    limits : tuple of (m,) arrays
+        Least and greatest tensions [N].
     """
 
     values: np.ndarray
@@ -91,7 +111,7 @@ class CableTensions(CableAnswer):
             When there are none at some pose; `feasible` marks the poses with tensions.
         """
         if not np.all(self.feasible):
-            advice = " ".join(f"{line}." for line in self.status.advice)
+            advice = " ".join(f"{line}." for line in self.advice)
             count = np.count_nonzero(~self.feasible)
             where = f"at {count} of {self.feasible.size} poses" if self.batch_shape else "here"
             raise NoAnswerError(f"no tensions of {self.name!r} {where}: {advice}")
@@ -174,18 +194,11 @@ def cable_tensions(
     pose = request.coordinates.reshape(*batch, 6)
     placed = place_cables(robot, request.R.reshape(*batch, 3, 3), pose[..., :3])
     F = given_wrenches(np.zeros(n) if wrench is None else wrench, robot.space, batch)
-    length = placed.characteristic_length
-    s = scaling(length, robot.space)
-    least, greatest = robot.tension_limits
-    problem = TensionProblem(
-        W=(structure_matrix(placed) / s[..., :, None]).reshape(-1, n, m),
-        F=((F + weight_wrench(placed)) / s).reshape(-1, n),
-        least=least,
-        greatest=greatest,
-        level=level,
-    )
+    limits = robot.tension_limits
+    problem = tension_problem(placed, F, limits, level)
     values, status = rule.choose(problem)
-    no_length = (placed.lengths <= _NO_LENGTH * length[..., None]).any(axis=-1).reshape(-1)
+    shortest = _NO_LENGTH * placed.characteristic_length[..., None]
+    no_length = (placed.lengths <= shortest).any(axis=-1).reshape(-1)
     status = np.where(no_length, np.uint16(Status.UNREACHABLE), status)
     feasible = (status & _WITHOUT_TENSIONS) == 0
     status = status | (feasible & ~problem.within(values)) * np.uint16(Status.BEYOND_LIMITS)
@@ -198,4 +211,29 @@ def cable_tensions(
         values=np.where(feasible[:, None], values, 0.0).reshape(*batch, m),
         status_codes=np.asarray(status, dtype=np.uint16).reshape(batch),
         rule=rule.name,
+        limits=limits,
     )
+
+
+def tension_problem(
+    placed: PlacedCables,
+    wrench: np.ndarray,
+    limits: tuple[np.ndarray, np.ndarray],
+    level: float = 0.0,
+) -> TensionProblem:
+    """Balance of weight and wrench (..., n) at N poses, moments over a characteristic length.
+
+    Parameters
+    ----------
+    placed : PlacedCables
+    wrench : (..., n) array
+        On the platform beside its weight, about the reference point [N, N m].
+    limits : tuple of (m,) arrays
+        Least and greatest tensions [N].
+    level : float
+        Where between them the tensions aim.
+    """
+    n, s = wrench.shape[-1], scaling(placed.characteristic_length, placed.space)
+    W = structure_matrix(placed) / s[..., :, None]
+    F = (wrench + weight_wrench(placed)) / s
+    return TensionProblem(W.reshape(-1, n, W.shape[-1]), F.reshape(-1, n), *limits, level)

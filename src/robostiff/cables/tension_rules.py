@@ -13,6 +13,7 @@ from robostiff.frozen import frozen, replace
 from robostiff.spatial import as_floats
 
 _BALANCED = 1e-9
+_POSSIBLE = 1e-7  # of the largest tension, which a linear program decides
 
 
 @frozen
@@ -62,35 +63,46 @@ class TensionProblem:
         beyond = np.maximum(self.least - tensions, tensions - self.greatest)
         return np.where(beyond > _BALANCED * (1.0 + np.abs(tensions)), beyond, 0.0)
 
-    def has_solution(self, pose: int) -> bool:
-        """Whether any tensions within the limits balance the wrench at a pose, by a linear program.
+    def closest(self, pose: int) -> np.ndarray | None:
+        """Tensions (m,) [N] that balance the wrench at a pose, least beyond their limits.
 
-        The tension of every cable is scaled by the largest force that occurs.
+        None where no tensions do. By a linear program: the tension of every cable is scaled by the
+        largest force that occurs, and the last unknown is how far the limits are moved.
         """
-        bounded = self.greatest[np.isfinite(self.greatest)]
-        size = max(
-            float(np.abs(self.F[pose]).max()), float(self.least.max()), *bounded.tolist(), 1e-300
-        )
-        bounds = [
-            (low / size, high / size if np.isfinite(high) else None)
-            for low, high in zip(self.least, self.greatest, strict=True)
-        ]
+        m = self.W.shape[-1]
+        bounded = np.isfinite(self.greatest)
+        size = max(np.abs(self.F[pose]).max(), self.least.max(), 1e-300)
+        size = max(size, self.greatest[bounded].max(initial=0.0))
         # Some rows may be dependent: they are replaced by independent ones.
         U, values, _ = np.linalg.svd(self.W[pose])
         rank = int(np.count_nonzero(values > 1e-9))
         span, lost = U[:, :rank], U[:, rank:]
         if np.abs(lost.T @ self.F[pose]).max(initial=0.0) > _BALANCED * size:
-            return False
+            return None
         from scipy.optimize import linprog
 
+        moved = -np.ones((m, 1))
         found = linprog(
-            np.zeros(self.W.shape[-1]),
-            A_eq=span.T @ self.W[pose],
+            np.eye(m + 1)[m],
+            A_ub=np.vstack(
+                [np.hstack([-np.eye(m), moved]), np.hstack([np.eye(m), moved])[bounded]]
+            ),
+            b_ub=np.concatenate([-self.least, self.greatest[bounded]]) / size,
+            A_eq=np.hstack([span.T @ self.W[pose], np.zeros((rank, 1))]),
             b_eq=-span.T @ self.F[pose] / size,
-            bounds=bounds,
+            bounds=[*[(None, None)] * m, (0, None)],
             method="highs",
         )
-        return bool(found.status == 0)
+        tensions: np.ndarray = found.x[:m] * size
+        return tensions
+
+    def has_solution(self, pose: int) -> bool:
+        """Whether any tensions within the limits balance the wrench at a pose."""
+        tensions = self.closest(pose)
+        if tensions is None:
+            return False
+        beyond = np.maximum(self.least - tensions, tensions - self.greatest).max()
+        return bool(beyond <= _POSSIBLE * np.abs(tensions).max())
 
 
 _STEPS = 100

@@ -126,7 +126,7 @@ def compensation_page(result: Compensation) -> Page:
         sizes = (np.linalg.norm(known[:, s], axis=1) for s in (slice(3), slice(3, 6)))
         most = (Number(round(1e6 * float(x.max()), 6)) if x.size else "none" for x in sizes)
         rows.append((words, *most))
-    statuses = [(str(Status(int(k))), f"{n} points") for k, n in zip(kinds, counts, strict=True)]
+    statuses = [(str(Status(int(k))), str(n)) for k, n in zip(kinds, counts, strict=True)]
     advice, count = list(result.status.advice), len(result.target)
     if result.jumps:
         points = ", ".join(str(k + 1) for k in result.jumps[:5])

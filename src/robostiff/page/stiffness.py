@@ -28,7 +28,13 @@ from robostiff.page.of_result import UNDER_LOAD, attributes, order, page_data, p
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
-    from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare
+    from robostiff.analysis import (
+        CableResponse,
+        CableStiffness,
+        CableTensions,
+        Deflection,
+        PartShare,
+    )
     from robostiff.analysis.verification import Verification
 
 
@@ -148,7 +154,7 @@ def verification_page(result: Verification) -> Page:
 
 
 def posed_page(
-    result: Stiffness | CableStiffness,
+    result: Stiffness | CableStiffness | CableTensions,
     blocks: Sequence[Block | None],
     data: Mapping[str, Any],
     answer: Any = None,
@@ -159,7 +165,7 @@ def posed_page(
     return Page(result.name, place, of.status, blocks, of.advice, data, posture=posture)
 
 
-def place_of(result: Stiffness | CableStiffness) -> str:
+def place_of(result: Stiffness | CableStiffness | CableTensions) -> str:
     """Pose, reference point and axes, behind a name."""
     point = f"about ({row(result.reference_point)}) m, world axes"
     if result.pose is None:
@@ -283,6 +289,19 @@ def named(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> 
     return ", ".join(parts) or "none"
 
 
+def cable_tensions_page(result: CableTensions) -> Page:
+    """Tensions of a cable robot at a single pose."""
+    blocks = _balanced(result)
+    if result.feasible:
+        rows = zip(result.placed.lengths.tolist(), result.values.tolist(), strict=True)
+        named_rows = zip(result.cable_names, rows, strict=True)
+        table = [[name, *map(Number, values)] for name, values in named_rows]
+        blocks += [Table(["cable", "length [m]", "tension [N]"], table)]
+        blocks += [Facts((("tensions", result.rule),))]
+    data = attributes(result, "pose reference_point wrench cable_names values rule")
+    return posed_page(result, blocks, data)
+
+
 def cable_stiffness_page(result: CableStiffness) -> Page:
     """Tensions and stiffness of a cable robot at a single pose."""
     answered = bool(np.all(result.answered))
@@ -386,9 +405,9 @@ def tension_table(result: CableStiffness, after: CableStiffness | None = None) -
     return Table(header, rows)
 
 
-def _balanced(result: CableStiffness) -> list[Block | None]:
+def _balanced(result: CableStiffness | CableTensions) -> list[Block | None]:
     """The wrench beside the weight that the cables balance."""
-    words = named(result.space.wrench_order, result.wrench, "N", "N m")
+    words = named(result.placed.space.wrench_order, result.wrench, "N", "N m")
     return [Facts((("balanced", words),))] if np.any(result.wrench) else []
 
 
