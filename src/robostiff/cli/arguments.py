@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
+from fnmatch import fnmatchcase
 from typing import Any, TypeVar
 
 import numpy as np
@@ -285,10 +286,11 @@ def loading(robot: Any, place: Posing, written: Loads) -> dict[str, Any]:
         pairs = zip(names, freedoms, strict=True)
         turns |= {f"{leg.name}/{name}": screw.turns for name, screw in pairs}
     expected = _EXPECTED + _SUCH_AS["--preload"]
-    for name, text in named_once("--preload", written.preloads, expected).items():
-        # a name that is none is refused where the joints are
-        dimension = Dimension.MOMENT if turns.get(name, False) else Dimension.FORCE
-        options["preload"][name] = to_si(text, dimension, subject="--preload")
+    for pattern, text in named_once("--preload", written.preloads, expected).items():
+        fits = () if pattern in turns else [name for name in turns if fnmatchcase(name, pattern)]
+        for name in fits or [pattern]:  # a name that is none is refused where the joints are
+            dimension = Dimension.MOMENT if turns.get(name, False) else Dimension.FORCE
+            options["preload"][name] = to_si(text, dimension, subject="--preload")
     return options
 
 

@@ -295,7 +295,8 @@ class Loads:
     preloads: tuple[str, ...] = repeatable(
         "--preload",
         '"LEG/PART=FORCE"',
-        "With how much a drive pushes along its coordinate: [N] of a slide, [N m] of a turn",
+        "With how much a drive pushes along its coordinate: [N] of a slide, [N m] of a turn; * in "
+        "a name stands for any characters",
     )
 
 
