@@ -105,7 +105,6 @@ _SAME_MEANING = {
     **dict.fromkeys(("p", "slider", "linear", "translational", "sliding"), ("prismatic",)),
     **dict.fromkeys(("u", "cardan", "hooke"), ("universal",)),
     **dict.fromkeys(("s", "ball", "ball joint"), ("spherical",)),
-    **dict.fromkeys(("h", "screw"), ("helical",)),
     **dict.fromkeys(("xyz", "position", "origin", "point"), ("at",)),
     **dict.fromkeys(("rotation", "rpy", "rotate", "angles"), ("turn",)),
     **{"c": ("cylindrical",), "k": ("stiffness",), "nu": ("poisson_ratio",)},

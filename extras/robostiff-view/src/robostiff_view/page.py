@@ -21,7 +21,7 @@ from robostiff_view.machines import Machine
 from robostiff_view.scene import LayeredScene
 from robostiff_view.sliders import Slider, load_sliders
 
-_WIDE, _NARROW = 540.0, 330.0  # [px]
+_WIDE, _NARROW = 440.0, 330.0  # [px]
 _MOST = 1e6  # exaggeration
 _EMPTY = "There is nothing to show."
 _NO_LOAD = "Move a component of the load: there is none yet."
@@ -234,6 +234,21 @@ class LivePage:
         else:
             camera.position = tuple(middle + size * np.array([0.75, -1.0, 0.55]))
         camera.look_at = tuple(middle)
+        self._server.on_client_connect(see_all)
+
+
+def see_all(client: Any) -> None:
+    """Keep as much of the robot between the panels of a narrow window as in a wide one."""
+    width = 1.0  # of the picture beside its height, where it is narrow
+
+    def step_back(camera: Any) -> None:
+        nonlocal width
+        before, width = width, min(1.0, camera.aspect)
+        if width != before:
+            middle = np.array(camera.look_at)
+            camera.position = middle + (camera.position - middle) * before / width
+
+    client.camera.on_update(step_back)
 
 
 _STYLE = """<style>
