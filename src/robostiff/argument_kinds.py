@@ -136,8 +136,8 @@ class _Kinds:
             if not _fits(value, self._hints[key], deep=not before):
                 words = _in_words(str(parameter.annotation), self._hints[key])
                 alone = isinstance(value, str) and re.search(r"(Sequence|Iterable|tuple)\[", words)
-                written = _member(value, self._hints[key]) if alone else ""
-                hint = f"write [{written}]" if written else None
+                in_list = alone and len(value) < _SHOWN and _fits([value], self._hints[key])
+                hint = f"write [{value!r}]" if in_list else None
                 found = InputError(f"{name} of {subject}", got=value, expected=words, hint=hint)
                 setattr(found, _MARK, True)
                 return found
@@ -156,24 +156,9 @@ def _is_exempt(value: Any) -> bool:
     return isinstance(value, Sized) and len(value) > _LONG
 
 
-def _member(value: str, hint: Any) -> str:
-    """How a word is written in a list: as a member of the enumeration that a hint has, if any."""
-    kinds = [hint]
-    for kind in kinds:  # and the parts of each
-        kinds += typing.get_args(kind)
-    members = {k.name: f"{type(k).__name__}.{k.name}" for e in kinds if _is_enum(e) for k in e}
-    if members:
-        return members.get(value.upper().replace("-", "_"), "")
-    return repr(value) if len(value) < _SHOWN else ""
-
-
-def _is_enum(hint: Any) -> bool:
-    return isinstance(hint, type) and issubclass(hint, Enum)
-
-
 def _in_words(annotation: str, hint: Any) -> str:
     """What is expected: the members of an enumeration, the classes that one name stands for."""
-    if _is_enum(hint) and len(hint) <= _MOST_MEMBERS:
+    if isinstance(hint, type) and issubclass(hint, Enum) and len(hint) <= _MOST_MEMBERS:
         return " or ".join(f"{hint.__name__}.{member.name}" for member in hint)
     parts = typing.get_args(hint)
     if annotation.isidentifier() and parts and all(isinstance(part, type) for part in parts):

@@ -36,7 +36,7 @@ class TensionProblem:
     F: np.ndarray
     least: np.ndarray
     greatest: np.ndarray
-    level: float
+    level: float = 0.0
 
     @property
     def aim(self) -> np.ndarray:
@@ -63,11 +63,11 @@ class TensionProblem:
         beyond = np.maximum(self.least - tensions, tensions - self.greatest)
         return np.where(beyond > _BALANCED * (1.0 + np.abs(tensions)), beyond, 0.0)
 
-    def closest(self, pose: int) -> np.ndarray | None:
-        """Tensions (m,) [N] that balance the wrench at a pose, least beyond their limits.
+    def excess(self, pose: int) -> float:
+        """How far beyond limits tensions must be that balance the wrench at a pose, at least [N].
 
-        None where no tensions do. By a linear program: the tension of every cable is scaled by the
-        largest force that occurs, and the last unknown is how far the limits are moved.
+        Infinite where none balance it. By a linear program: the tension of every cable is scaled by
+        the largest force that occurs, and the last unknown is how far the limits are moved.
         """
         m = self.W.shape[-1]
         bounded = np.isfinite(self.greatest)
@@ -78,31 +78,21 @@ class TensionProblem:
         rank = int(np.count_nonzero(values > 1e-9))
         span, lost = U[:, :rank], U[:, rank:]
         if np.abs(lost.T @ self.F[pose]).max(initial=0.0) > _BALANCED * size:
-            return None
+            return np.inf
         from scipy.optimize import linprog
 
-        moved = -np.ones((m, 1))
+        I, moved = np.eye(m), -np.ones((m, 1))
         found = linprog(
             np.eye(m + 1)[m],
-            A_ub=np.vstack(
-                [np.hstack([-np.eye(m), moved]), np.hstack([np.eye(m), moved])[bounded]]
-            ),
+            A_ub=np.vstack([np.hstack([-I, moved]), np.hstack([I, moved])[bounded]]),
             b_ub=np.concatenate([-self.least, self.greatest[bounded]]) / size,
             A_eq=np.hstack([span.T @ self.W[pose], np.zeros((rank, 1))]),
             b_eq=-span.T @ self.F[pose] / size,
             bounds=[*[(None, None)] * m, (0, None)],
             method="highs",
         )
-        tensions: np.ndarray = found.x[:m] * size
-        return tensions
-
-    def has_solution(self, pose: int) -> bool:
-        """Whether any tensions within the limits balance the wrench at a pose."""
-        tensions = self.closest(pose)
-        if tensions is None:
-            return False
-        beyond = np.maximum(self.least - tensions, tensions - self.greatest).max()
-        return bool(beyond <= _POSSIBLE * np.abs(tensions).max())
+        moved_by = float(found.x[m])
+        return moved_by * size if moved_by > _POSSIBLE else 0.0
 
 
 _STEPS = 100
@@ -350,6 +340,5 @@ class ClosedFormTensions:
 def _with_failures(problem: TensionProblem, status: np.ndarray, failed: np.ndarray) -> np.ndarray:
     """The status (N,), with that of poses at which a rule found no tensions."""
     for i in np.flatnonzero(failed).tolist():
-        possible = problem.has_solution(i)
-        status[i] = Status.FORM_DOES_NOT_HOLD if possible else Status.INFEASIBLE
+        status[i] = Status.INFEASIBLE if problem.excess(i) else Status.FORM_DOES_NOT_HOLD
     return status

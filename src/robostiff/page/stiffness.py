@@ -14,7 +14,6 @@ from robostiff.markup import (
     COMPLIANCE_UNITS,
     STIFFNESS_UNITS,
     Block,
-    Cell,
     Facts,
     LabelledMatrix,
     Number,
@@ -28,13 +27,8 @@ from robostiff.page.of_result import UNDER_LOAD, attributes, order, page_data, p
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
-    from robostiff.analysis import (
-        CableResponse,
-        CableStiffness,
-        CableTensions,
-        Deflection,
-        PartShare,
-    )
+    from robostiff.analysis import CableResponse, CableStiffness, CableTensions, Deflection
+    from robostiff.analysis.deflection_under_load import PartShare
     from robostiff.analysis.verification import Verification
 
 
@@ -291,15 +285,9 @@ def named(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> 
 
 def cable_tensions_page(result: CableTensions) -> Page:
     """Tensions of a cable robot at a single pose."""
-    blocks = _balanced(result)
-    if result.feasible:
-        rows = zip(result.placed.lengths.tolist(), result.values.tolist(), strict=True)
-        named_rows = zip(result.cable_names, rows, strict=True)
-        table = [[name, *map(Number, values)] for name, values in named_rows]
-        blocks += [Table(["cable", "length [m]", "tension [N]"], table)]
-        blocks += [Facts((("tensions", result.rule),))]
+    blocks = [*_balanced(result), tension_table(result) if result.feasible else None]
     data = attributes(result, "pose reference_point wrench cable_names values rule")
-    return posed_page(result, blocks, data)
+    return posed_page(result, [*blocks, Facts((("tensions", result.rule),))], data)
 
 
 def cable_stiffness_page(result: CableStiffness) -> Page:
@@ -391,18 +379,18 @@ def cable_load_blocks(response: CableResponse) -> list[Block]:
     ]
 
 
-def tension_table(result: CableStiffness, after: CableStiffness | None = None) -> Table:
+def tension_table(
+    result: CableStiffness | CableTensions, after: CableStiffness | None = None
+) -> Table:
     """Length, stiffness and tension of every cable, and its tension under a load."""
-    header = ["cable", "length [m]", "stiffness [N/m]", "tension [N]"]
-    columns = [result.placed.lengths, result.axial, result.tensions]
+    columns: dict[str, Any] = {"cable": result.cable_names, "length [m]": result.placed.lengths}
+    if (axial := getattr(result, "axial", None)) is not None:
+        columns["stiffness [N/m]"] = axial
+    columns["tension [N]"] = result.tensions
     if after is not None:
-        header.append("under load [N]")
-        columns.append(after.tensions)
-    rows: list[list[Cell]] = [
-        [name, *(Number(float(column[i])) for column in columns)]
-        for i, name in enumerate(result.cable_names)
-    ]
-    return Table(header, rows)
+        columns["under load [N]"] = after.tensions
+    rows = zip(*columns.values(), strict=True)
+    return Table(list(columns), [[name, *map(Number, map(float, own))] for name, *own in rows])
 
 
 def _balanced(result: CableStiffness | CableTensions) -> list[Block | None]:
