@@ -22,6 +22,7 @@ from robostiff_view.scene import LayeredScene
 from robostiff_view.sliders import Slider, load_sliders
 
 _WIDE, _NARROW = 440.0, 330.0  # [px]
+_NEEDED = 0.6  # width of the picture beside its height, in which the start shows all of a robot
 _MOST = 1e6  # exaggeration
 _EMPTY = "There is nothing to show."
 _NO_LOAD = "Move a component of the load: there is none yet."
@@ -238,12 +239,12 @@ class LivePage:
 
 
 def see_all(client: Any) -> None:
-    """Keep as much of the robot between the panels of a narrow window as in a wide one."""
-    width = 1.0  # of the picture beside its height, where it is narrow
+    """Move the camera away where the panels of a narrow window leave too little of the robot."""
+    width = 1.0  # of the picture, beside what a robot needs; 1 where there is enough
 
     def step_back(camera: Any) -> None:
         nonlocal width
-        before, width = width, min(1.0, camera.aspect)
+        before, width = width, min(1.0, camera.aspect / _NEEDED)
         if width != before:
             middle = np.array(camera.look_at)
             camera.position = middle + (camera.position - middle) * before / width
