@@ -14,7 +14,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import OpenAtHomeError
 from robostiff.frozen import field, frozen, replace
 from robostiff.kinematics import PostureFinder, posture_finder
-from robostiff.model import PlacedMass, Robot, Snapshot
+from robostiff.model import PlacedMass, PlacedPlatform, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.network.assembly import of_legs
 from robostiff.record import Entry, Program, derivatives_along, is_zero, least
@@ -369,7 +369,7 @@ def record_loading(
     dead = replace(dead, levers=dead.levers + hooks)
     problems = [posture.problem for posture in loaded_postures]
     straight: dict[int, RecordedStrut] = {}
-    if not drives:  # of a strut the force alone is computed
+    if not drives and robot.platform is None:  # of a strut the force alone is computed
         straight = recorded_struts(found.legs, unloaded.legs, problems)
     struts = {found.legs.chains[c].owner.leg: strut for c, strut in straight.items()}
     has_loads = finder.robot.springs or standing.loads or standing.preload
@@ -422,6 +422,13 @@ def _legs_on_entries(
     robot, frames = here.robot, {PLATFORM: lambda: (here.pose.R, here.pose.p), BASE: lambda: _WORLD}
     for formula in here.placed:
         frames |= {f"{formula.leg.name}/{name}": own for name, (own, _) in formula.bodies.items()}
+    platform = None
+    if robot.platform is not None:
+        axes = np.array(here.pose.R, dtype=object)
+        platform = PlacedPlatform(robot.platform, robot.holds, axes, here.pose.p)
+        for node in robot.platform.nodes:
+            place = axes, platform.in_world(node.at)
+            frames[f"{PLATFORM}/{node.name}"] = lambda place=place: place
     forces = given_forces(standing.loads, gravity, robot.space, partial(frame_of, frames))
     for (_, (body, at)), force in at_sites.items():
         R, p = frame_of(frames, body) or _WORLD  # no body is refused later
@@ -434,7 +441,7 @@ def _legs_on_entries(
     ]
     springs = placed_springs(finder.robot.springs, cast("Snapshot", posture.posed).springs, frames)
     return loaded_legs(
-        of_legs([formula.leg for formula in here.placed], None, masses, springs),
+        of_legs([formula.leg for formula in here.placed], platform, masses, springs),
         RecordedElements.of(posture.problem.legs, robot.space, here.length),
         np.array(here.reference, dtype=object),
         robot.space.rows,
