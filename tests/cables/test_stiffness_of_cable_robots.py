@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.cables import structure_matrix, weight_wrench, wrench_derivative
+from robostiff.cables import TensionProblem, structure_matrix, weight_wrench, wrench_derivative
 from robostiff.spatial import Space, skew
 from tests.cables.machines import answered, random_robot, slack_event
 from tests.campaign.bodies import minimum
@@ -349,6 +349,32 @@ def test_infeasible_pose_has_no_response():
     response = rs.cable_response(rs.load("cable-8"), [0, 0, 3, 0, 0, 0], wrench=[1, 0, 0, 0, 0, 0])
     assert response.status == STATUS.INFEASIBLE
     assert not response.has_answer
+
+    lack = rs.cable_tensions(cable_robot("cable-8"), [0, 0, 3, 0, 0, 0]).advice[0]
+    assert response.advice[0] == lack
+    assert "N or more beyond limits" in lack
+
+
+@pytest.mark.parametrize("name", ["cable-8", "cable-8-suspended", "cable-4-planar"])
+def test_infeasible_tensions_say_by_how_much_limits_are_missed(name):
+    """With limits moved by so much there are tensions, found by another method, and not before."""
+    robot = cable_robot(name)
+    force = 3 * float(np.max(robot.tension_limits[1]))
+    for wrench in force * np.eye(robot.space.size)[: robot.space.translations]:
+        answer = rs.cable_tensions(robot, wrench=wrench)
+        assert answer.status == STATUS.INFEASIBLE
+        missed = float(answer.advice[0].split(" are ")[1].split(" N ")[0])
+        W = structure_matrix(answer.placed)[None]
+        F = (wrench + weight_wrench(answer.placed))[None]
+        least, greatest = robot.tension_limits
+        for moved, status in ((0.998 * missed, STATUS.INFEASIBLE), (1.002 * missed, STATUS.OK)):
+            problem = TensionProblem(W, F, least - moved, greatest + moved, level=0.0)
+            assert rs.NearestTensions().choose(problem)[1] == [int(status)]
+
+
+def test_a_wrench_that_no_tensions_balance_is_named():
+    answer = rs.cable_tensions(cable_robot("cable-3-suspended"), wrench=[0, 0, 0, 0, 0, 9])
+    assert "that no tensions balance" in answer.advice[0]
 
 
 def test_imbalance_before_the_load_is_held_by_others():

@@ -201,6 +201,7 @@ def test_a_file_keeps_its_lines(hexapod, tmp_path):
     assert x == pytest.approx(found.commanded[1, 0], abs=1e-12)
     assert float(last["ry_cmd [rad]"].replace(",", ".")) == pytest.approx(found.commanded[1, 4])
     assert last["status"] == "ok"
+    assert not re.search(r"\de[-+]\d", out.read_text())  # controls read no exponents
 
 
 def test_fields_may_stand_in_quotes(hexapod, tmp_path):

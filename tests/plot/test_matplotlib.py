@@ -16,6 +16,7 @@ from mpl_toolkits.mplot3d.art3d import Line3D
 
 import robostiff as rs
 from robostiff.plot import Matplotlib, Theme, Width
+from robostiff.plot.bars_and_curves import compensation_picture
 from robostiff.plot.picture import Path
 from robostiff.plot.posed_robot import picture_of_posed
 from robostiff.plot.theme import contrast, luminance
@@ -116,6 +117,19 @@ def test_slice_draws_values_and_regions_in_their_places():
             assert inside == region.where[j, i]
     assert [t.get_text() for t in ax.get_legend().get_texts()] == ["unreachable"]
     assert patch.get_hatch()
+
+
+def test_a_map_without_values_has_no_scale():
+    grid = rs.Grid(x=rs.Axis(-0.1, 0.1, 3), y=rs.Axis(-0.1, 0.1, 3))
+    ax = rs.plot.map_overview(rs.stiffness_map(robot("gough-stewart-a"), grid))
+    assert ax.figure.axes == [ax]
+
+
+def test_points_of_a_path_have_whole_numbers():
+    poses = np.array([[0, 0, 0.9, 0, 0, 0]] * 4) + np.linspace(0, 0.1, 4)[:, None] * np.eye(6)[0]
+    picture = compensation_picture(rs.compensate(robot("hexapod"), poses, [300, 0, 0, 0, 0, 0]))
+    places = Matplotlib().draw(picture).get_xticks()
+    np.testing.assert_array_equal(places, np.round(places))
 
 
 def test_bands_are_filled_between_the_percentiles():

@@ -1,6 +1,7 @@
 """Maps as datasets: poses, quantities, dimensions, units, statuses and selection."""
 
 import json
+import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -214,6 +215,24 @@ def test_random_poses_do_not_depend_on_the_blocks(start, size, seed):
     whole = poses.values((slice(0, 100),))
     part = poses.values((slice(start, start + size),))
     np.testing.assert_array_equal(part, whole[:, start : start + size])
+
+
+@pytest.mark.parametrize(
+    ("make", "others"),
+    [
+        (lambda n=3, **more: Grid(x=Axis(0, 1, n), **more), [{"n": 4}, {"y": Axis(0, 1, 2)}]),
+        (
+            lambda a=0.0, **more: PoseList("x", np.arange(3.0)[:, None] + a, **more),
+            [{"a": 1e-15}, {"time": [0, 1, 2]}],
+        ),
+        (lambda n=3, **more: RandomPoses(n, {"x": (0, 1)}, **more), [{"n": 4}, {"seed": 1}]),
+    ],
+)
+def test_sources_of_the_same_poses_are_equal(make, others):
+    assert make() == pickle.loads(pickle.dumps(make()))  # noqa: S301
+    assert len({make(), make()}) == 1
+    assert all(make() != make(**other) for other in others)
+    assert make() != "x"
 
 
 def test_random_poses_fill_their_ranges_independently():
