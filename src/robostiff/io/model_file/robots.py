@@ -393,9 +393,19 @@ def model_from_document(
     Examples
     --------
     >>> from robostiff.io.document import parse_document
-    >>> from robostiff.robots import robot_file
-    >>> document = parse_document(robot_file("planar-link").read_text())
-    >>> robot = model_from_document(document, {"L": "400 mm"})
+    >>> robot = model_from_document(parse_document('''
+    ... robostiff: 1
+    ... name: cantilever
+    ... source: an example
+    ... parameters: {L: 300 mm}
+    ... legs:
+    ...   - name: arm
+    ...     chain:
+    ...       - type: beam
+    ...         to: [L, 0, 0]
+    ...         material: steel
+    ...         section: {circle: {diameter: 20 mm}}
+    ... '''), parameters={"L": "400 mm"})
     >>> robot.legs[0].chain.elements[0].to
     array([0.4, 0. , 0. ])
     """

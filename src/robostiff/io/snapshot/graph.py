@@ -145,10 +145,16 @@ def network_from_document(document: Document) -> Network:
     Examples
     --------
     >>> from robostiff.io.document import parse_document
-    >>> slide = "{kind: P, point: [0, 0, 0], axis: [1, 0, 0], k: 2.0e+6}"
-    >>> graph = "nodes: {bed: [0, 0, 0], table: [0, 0, 0.1]}, fixed: [bed], platform: table"
-    >>> graph += ", joints: [{a: bed, b: table, dofs: [%s]}]" % slide
-    >>> text = "{name: table, reference_point: [0, 0, 0], graph: {%s}}" % graph
+    >>> text = '''
+    ... name: sliding table
+    ... reference_point: [0, 0, 0]
+    ... graph:
+    ...   nodes: {bed: [0, 0, 0], table: [0, 0, 0.1]}
+    ...   fixed: [bed]
+    ...   platform: table
+    ...   joints:
+    ...     - {a: bed, b: table, dofs: [{kind: P, point: [0, 0, 0], axis: [1, 0, 0], k: 2.0e+6}]}
+    ... '''
     >>> network_from_document(parse_document(text)).joints[0].name
     'joint1'
     """

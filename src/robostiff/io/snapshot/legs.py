@@ -151,9 +151,15 @@ def snapshot_from_document(document: Document) -> Snapshot:
     Examples
     --------
     >>> from robostiff.io.document import parse_document
-    >>> drive = "{type: spring, kind: P, point: [0, 0, 0], axis: [0, 0, 1], k: 2.0e+6}"
-    >>> legs = "[{name: jack, end: [0, 0, 0.5], chain: [%s]}]" % drive
-    >>> text = "{name: screw jack, reference_point: [0, 0, 0.5], legs: %s}" % legs
+    >>> text = '''
+    ... name: screw jack
+    ... reference_point: [0, 0, 0.5]
+    ... legs:
+    ...   - name: jack
+    ...     end: [0, 0, 0.5]
+    ...     chain:
+    ...       - {type: spring, kind: P, point: [0, 0, 0], axis: [0, 0, 1], k: 2.0e+6}
+    ... '''
     >>> snapshot = snapshot_from_document(parse_document(text))
     >>> [element.name for element in snapshot.legs[0].elements]
     ['spring1']
@@ -203,7 +209,16 @@ def snapshot_from_document(document: Document) -> Snapshot:
 
 
 def is_snapshot(document: Document) -> bool:
-    """Whether a document is a snapshot, rather than a model of a robot at any pose."""
+    """Whether a document is a snapshot, rather than a model of a robot at any pose.
+
+    Examples
+    --------
+    >>> from robostiff.io.document import parse_document
+    >>> is_snapshot(parse_document("{name: jack, reference_point: [0, 0, 1], legs: []}"))
+    True
+    >>> is_snapshot(parse_document("{robostiff: 1, name: jack}"))
+    False
+    """
     data = document.data
     if not isinstance(data, dict) or "robostiff" in data:
         return False
@@ -216,7 +231,14 @@ def is_snapshot(document: Document) -> bool:
 
 
 def is_graph(document: Document) -> bool:
-    """Whether a snapshot is described as a graph of nodes, rather than by legs."""
+    """Whether a snapshot is described as a graph of nodes, rather than by legs.
+
+    Examples
+    --------
+    >>> from robostiff.io.document import parse_document
+    >>> is_graph(parse_document("{name: frame, reference_point: [0, 0, 1], graph: {}}"))
+    True
+    """
     data = document.data
     return isinstance(data, dict) and "graph" in data and "legs" not in data
 
