@@ -350,7 +350,7 @@ def test_infeasible_pose_has_no_response():
     assert response.status == STATUS.INFEASIBLE
     assert not response.has_answer
 
-    lack = rs.cable_tensions(cable_robot("cable-8"), [0, 0, 3, 0, 0, 0]).advice[0]
+    lack = rs.cable_tensions(rs.load("cable-8"), [0, 0, 3, 0, 0, 0]).advice[0]
     assert response.advice[0] == lack
     assert "N or more beyond limits" in lack
 
@@ -358,7 +358,7 @@ def test_infeasible_pose_has_no_response():
 @pytest.mark.parametrize("name", ["cable-8", "cable-8-suspended", "cable-4-planar"])
 def test_infeasible_tensions_say_by_how_much_limits_are_missed(name):
     """With limits moved by so much there are tensions, found by another method, and not before."""
-    robot = cable_robot(name)
+    robot = rs.load(name)
     force = 3 * float(np.max(robot.tension_limits[1]))
     for wrench in force * np.eye(robot.space.size)[: robot.space.translations]:
         answer = rs.cable_tensions(robot, wrench=wrench)
@@ -373,7 +373,7 @@ def test_infeasible_tensions_say_by_how_much_limits_are_missed(name):
 
 
 def test_a_wrench_that_no_tensions_balance_is_named():
-    answer = rs.cable_tensions(cable_robot("cable-3-suspended"), wrench=[0, 0, 0, 0, 0, 9])
+    answer = rs.cable_tensions(rs.load("cable-3-suspended"), wrench=[0, 0, 0, 0, 0, 9])
     assert "that no tensions balance" in answer.advice[0]
 
 
