@@ -13,6 +13,7 @@ from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
 from robostiff.frozen import frozen, replace
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
+from robostiff.model.batched import one_of
 from robostiff.record import is_zero, square_root, usual_size
 from robostiff.spatial import Space, compliance_modes, cross
 from robostiff.statics.chains.elements import Bending, Element, FiniteJoint, FiniteSpring
@@ -232,7 +233,10 @@ class ElementsOfParts(Elements):
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as one or more elements."""
         del leg
-        elasticity = spring.elasticity
+        several, index = spring.elasticity.among or (spring.elasticity, None)
+        return in_series(self._in_no_place(several, spring.rotation), spring, index)
+
+    def _in_no_place(self, elasticity: Elasticity, rotation: np.ndarray) -> InNoPlace:
         # with a part that is alike at all poses they stay known, if they are so whichever way up
         in_space = self.space is Space.SPATIAL
         kept = vars(elasticity).setdefault(_ELEMENTS, {}) if in_space else {}
@@ -245,7 +249,7 @@ class ElementsOfParts(Elements):
                 pieces = [*zip(elasticity.pieces, lengths, strict=True)]
             kept[self.treated] = elastic_elements(
                 self.space,
-                np.array(spring.rotation, dtype=float),
+                np.array(rotation, dtype=float),
                 pieces,
                 np.array(elasticity.freedoms, dtype=float),
                 (bowing and bowing.elements) or 1,
@@ -253,7 +257,7 @@ class ElementsOfParts(Elements):
                 bows=bowing is not None,
                 inner=bowing is not None and bowing.has_inner_modes,
             )
-        return in_series(kept[self.treated], spring)
+        return kept[self.treated]
 
 
 def _modes(
@@ -342,18 +346,29 @@ def elastic_element(
     return FiniteSpring("", nowhere, rotation, V, k, axial, bent)
 
 
-def in_series(found: InNoPlace, spring: PlacedSpring) -> list[Element]:
-    """The elements of an elastic part where it is, of numbers or of entries."""
+def in_series(found: InNoPlace, spring: PlacedSpring, index: Any = None) -> list[Element]:
+    """The elements of an elastic part where it is, of numbers or of entries.
+
+    Of elements of many parts those of one of them, or of some, by its number there.
+    """
     (first, _), *_ = found
     point, rotation = (
         np.asarray(each, dtype=first.point.dtype) for each in (spring.point, spring.rotation)
     )
     placed: list[Element] = []
     for e, back in found:
+        shared, bent, before = (e.modes, e.stiffness, e.axial), vars(e.bending).values(), back
+        if index is not None:
+            *shared, before = map(partial(_one, index), (*shared, back), (2, 1, 0, 0))
+            bent = map(partial(_one, index), bent, (2, 1, 1, 1))
         at = point
-        if isinstance(back, np.ndarray) or not is_zero(back):
-            at = point - rotation[..., 0] * np.asarray(back)[..., None]
-        shared = e.modes, e.stiffness, e.axial, e.bending, e.ends
-        placed.append(own := FiniteSpring(spring.name, at, rotation, *shared))
+        if isinstance(before, np.ndarray) or not is_zero(before):
+            at = point - rotation[..., 0] * np.asarray(before)[..., None]
+        own = FiniteSpring(spring.name, at, rotation, *shared, Bending(*bent), e.ends)
         vars(own)["kind"] = e.kind
+        placed.append(own)
     return placed
+
+
+def _one(index: Any, values: Any, own_axes: int) -> Any:
+    return one_of(values, own_axes, index) if isinstance(values, np.ndarray) else values
