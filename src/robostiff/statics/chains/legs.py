@@ -20,7 +20,6 @@ from robostiff.statics.chains.elements import (
     FiniteBodySpring,
     FiniteChain,
     FiniteCoupling,
-    FiniteJoint,
     FiniteSpring,
     Owner,
     Pulls,
@@ -174,13 +173,6 @@ class Legs:
     def rigid(self) -> list[FiniteCoupling]:
         """Couplings whose sums stay 0."""
         return [coupling for coupling in self.couplings if coupling.is_rigid]
-
-    @cached_property
-    def joints(self) -> list[FiniteJoint]:
-        """Those of all chains, and the sums of couplings."""
-        elements = [e for chain in self.chains for e in chain.elements]
-        found = [e for e in elements if isinstance(e, FiniteJoint)]
-        return found + [coupling.drive for coupling in self.couplings]
 
     @cached_property
     def beams(self) -> list[tuple[int, int, FiniteSpring]]:

@@ -209,6 +209,7 @@ class MovingChains:
         self._axis_skew_squared = self._axis_skew @ self._axis_skew
         self.stiffness: np.ndarray = self._array([e.stiffness for e in joints])
         self.preload: np.ndarray = self._array([e.preload for e in joints])
+        self.inertia: np.ndarray = self._array([e.inertia for e in joints])
         self.laws: list[tuple[int, Any]] = [
             (i, e.law) for i, e in enumerate(joints) if e.law is not None
         ]

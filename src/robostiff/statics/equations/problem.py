@@ -292,13 +292,15 @@ class EquilibriumProblem:
     @cached_property
     def loads_platform_alone(self) -> bool:
         """Whether neither preloads, forces nor springs between bodies act on the legs."""
-        pushed = any(joint.preload for joint in self.legs.joints)
-        return not (self.legs.springs or pushed or any(chain.loads for chain in self.legs.chains))
+        legs, loads = self.legs, any(chain.loads for chain in self.legs.chains)
+        pushed = np.any(legs.arrays.preload) or any(c.drive.preload for c in legs.couplings)
+        return not (legs.springs or pushed or loads)
 
     @property
     def has_laws(self) -> bool:
         """Whether some joint follows a law of its own, which may change with its coordinate."""
-        return any(joint.law is not None for joint in self.legs.joints)
+        legs = self.legs
+        return bool(legs.arrays.laws) or any(c.drive.law is not None for c in legs.couplings)
 
     @property
     def has_corners(self) -> bool:

@@ -13,7 +13,7 @@ from robostiff.frozen import field, frozen
 from robostiff.kept import kept
 from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import cross, twist_transport
-from robostiff.statics.chains.elements import FiniteJoint, Spot
+from robostiff.statics.chains.elements import Spot
 from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.chains.numbers import ComponentBlock, side_by_side
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
@@ -392,20 +392,16 @@ def mass_rows(
         of_parts = np.repeat([carried.spot.chain for carried in along], [c.parts for c in along])
         rows = _rows_of_parts(legs, state.legs, along)
         of_chains.append((np.repeat(first + of_parts, 12), rows.reshape(-1, at.widest)))
-    drives = [
-        (coupling.place[0], coupling.drive.inertia, coupling.terms, coupling.factors)
-        for coupling in legs.couplings
-    ]
-    for c, chain in enumerate(legs.chains):
-        for k, element in enumerate(chain.elements):
-            if isinstance(element, FiniteJoint) and element.inertia:
-                each = (first[:, 0] + c).tolist()
-                drives += [(own, element.inertia, ((own, k),), np.ones(1)) for own in each]
-    for c, inertia, places, factors in drives:
-        row = np.zeros((1, at.widest))
-        for place, factor in zip(places, factors, strict=True):
-            row[0, at.local[at.x[at.places[place]]]] = factor * np.sqrt(float(inertia))
-        of_chains += [([c], row)] if inertia else []
+    inertia, k = legs.arrays.inertia, np.flatnonzero(legs.arrays.inertia)
+    rows = np.zeros((len(k), at.widest))
+    rows[np.arange(len(k)), at.local[at.x[at.of_chains.joint_x[k]]]] = np.sqrt(inertia[k])
+    of_chains.append((at.of_chains.chains[at.of_chains.joint_bodies[k]], rows))
+    for coupling, factors in zip(legs.couplings, legs.sum_rows, strict=True):
+        if coupling.drive.inertia:
+            moved = np.zeros((1, at.widest))
+            (k,) = np.nonzero(factors)
+            moved[0, at.local[k]] = factors[k] * np.sqrt(float(coupling.drive.inertia))
+            of_chains.append((coupling.place[:1], moved))
     values = side_by_side(legs.robots, [mass.value for mass in masses.on_platform])
     centres = side_by_side(legs.robots, [mass.centre for mass in masses.on_platform], 3)
     arms = centres.reshape(legs.robots, -1, 3) - problem.point.reshape(-1, 1, 3)

@@ -254,11 +254,10 @@ class Postures:
         if robot.laws or robot.springs or np.any(pull) or any(varying):
             return None
         loaded = self.loaded_at(np.array(rows), acting, masses)
-        if loaded.problem.bears_loads:
-            return None
         legs = loaded.problem.legs.of_robots(len(rows))
         at, length = legs.platform_point, float(np.ravel(loaded.problem.length)[0])
-        return replace(loaded.problem, legs=legs, point=at, length=length), loaded.masses
+        problem = replace(loaded.problem, legs=legs, point=at, length=length)
+        return None if problem.bears_loads else (problem, loaded.masses)
 
     @kept
     def _placed(self, masses: bool) -> Snapshot:
