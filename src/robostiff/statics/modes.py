@@ -367,11 +367,11 @@ def _of_platforms(request: _Request, find: Callable[[], Stiffness]) -> np.ma.Mas
     """
     robot, none = request.postures.robot, np.ma.masked_all((len(request.wrenches), 0))
     every = [x if isinstance(x, Sequence) else [x] for x in request.masses.values()]
-    if request.acting.at is not None or np.any(request.wrenches) or not isinstance(robot, Robot):
-        return none
-    if any(getattr(x, "point", None) is not None for several in every for x in several):
-        return none  # they are not alike in the axes of each
-    if not (request.postures.batch and len(none)) or any(map(has_masses, robot.legs)):
+    at_points = any(getattr(x, "point", None) is not None for several in every for x in several)
+    if at_points or request.acting.at is not None or np.any(request.wrenches):
+        return none  # they are not alike in the axes of each platform, or not at rest
+    is_robot = isinstance(robot, Robot) and request.postures.batch and len(none)
+    if not is_robot or any(map(has_masses, robot.legs)):
         return none
     first = request.postures.first.loaded(0, request.acting, request.masses)
     problem = first.problem
