@@ -26,20 +26,19 @@ from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.newton import FoundEquilibrium
-from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.equations.stability import energies_of
 from robostiff.statics.equations.vibration import Vibrations, mass_rows, vibrations
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses, has_masses
 from robostiff.statics.loading.loaded_posture import (
-    LoadedPosture,
     Postures,
     as_snapshot,
     beside,
     postures_of,
     wrenches_of,
 )
-from robostiff.statics.solution import Solution, solved
+from robostiff.statics.solution import Solution, settled
 
 # So that beams have modes of their own, the first of them within some percent.
 _HALVES = Bowing(elements=2, inner_modes=True)
@@ -311,7 +310,7 @@ class _Request:
         """Modes at one pose; its vibrations at rest may be known."""
         postures, robot = self.postures, self.postures.robot
         loaded = cache(partial(postures.loaded, i, self.acting, self.masses))
-        solve = cache(lambda: _equilibrium(loaded(), self.wrenches[i]))
+        solve = cache(lambda: settled(loaded(), self.wrenches[i]))
         status = solve().status if known is None else postures.status(i)
         if known is None and (found := solve().found) is not None:
             (known,) = vibrations(found.problem, loaded().masses, found.known, found.state)
@@ -346,15 +345,6 @@ class _Request:
         for i in rest:
             codes[i], squares[i, : len(one(i))] = int(one(i).status), one(i).squares
         return Modes(postures.robot.name, postures.robot.space, codes, squares, one=one)
-
-
-def _equilibrium(loaded: LoadedPosture, wrench: np.ndarray) -> Solution:
-    """That about which a robot vibrates: where nothing acts, the unloaded posture."""
-    problem = loaded.problem
-    if not loaded.has_posture or problem.bears_loads or np.any(wrench):
-        return solved(loaded, wrench)
-    found = FoundEquilibrium(LoadCase(wrench), problem.unloaded, 0.0, problem.at_rest, True, 0)
-    return Solution(loaded.status, found=found, frame=loaded.frame, posed=loaded.posed)
 
 
 def _of_platforms(request: _Request, find: Callable[[], Stiffness]) -> np.ma.MaskedArray:

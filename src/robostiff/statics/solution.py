@@ -132,6 +132,15 @@ def solved(
     return _with_status(loaded, found, answer)
 
 
+def settled(loaded: LoadedPosture, wrench: np.ndarray) -> Solution:
+    """The equilibrium under a wrench; where nothing acts, the unloaded posture."""
+    problem = loaded.problem
+    if not loaded.has_posture or problem.bears_loads or np.any(wrench):
+        return solved(loaded, wrench)
+    found = FoundEquilibrium(LoadCase(wrench), problem.unloaded, 0.0, problem.at_rest, True, 0)
+    return Solution(loaded.status, found=found, frame=loaded.frame, posed=loaded.posed)
+
+
 def _with_status(loaded: LoadedPosture, found: FoundEquilibrium, answer: Solution) -> Solution:
     """An answer with its status."""
     known, loading, carried, status = found.known, found.loading, answer.carried, answer.status

@@ -233,10 +233,7 @@ class ElementsOfParts(Elements):
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as one or more elements."""
         del leg
-        several, index = spring.elasticity.among or (spring.elasticity, None)
-        return in_series(self._in_no_place(several, spring.rotation), spring, index)
-
-    def _in_no_place(self, elasticity: Elasticity, rotation: np.ndarray) -> InNoPlace:
+        elasticity, index = spring.elasticity.among or (spring.elasticity, None)
         # with a part that is alike at all poses they stay known, if they are so whichever way up
         in_space = self.space is Space.SPATIAL
         kept = vars(elasticity).setdefault(_ELEMENTS, {}) if in_space else {}
@@ -249,7 +246,7 @@ class ElementsOfParts(Elements):
                 pieces = [*zip(elasticity.pieces, lengths, strict=True)]
             kept[self.treated] = elastic_elements(
                 self.space,
-                np.array(rotation, dtype=float),
+                np.array(spring.rotation, dtype=float),
                 pieces,
                 np.array(elasticity.freedoms, dtype=float),
                 (bowing and bowing.elements) or 1,
@@ -257,7 +254,7 @@ class ElementsOfParts(Elements):
                 bows=bowing is not None,
                 inner=bowing is not None and bowing.has_inner_modes,
             )
-        return kept[self.treated]
+        return in_series(kept[self.treated], spring, index)
 
 
 def _modes(
@@ -357,14 +354,14 @@ def in_series(found: InNoPlace, spring: PlacedSpring, index: Any = None) -> list
     )
     placed: list[Element] = []
     for e, back in found:
-        shared, bent, before = (e.modes, e.stiffness, e.axial), vars(e.bending).values(), back
+        V, k, axial, before, bent = e.modes, e.stiffness, e.axial, back, vars(e.bending).values()
         if index is not None:
-            *shared, before = map(partial(_one, index), (*shared, back), (2, 1, 0, 0))
+            V, k, axial, before = map(partial(_one, index), (V, k, axial, back), (2, 1, 0, 0))
             bent = map(partial(_one, index), bent, (2, 1, 1, 1))
         at = point
         if isinstance(before, np.ndarray) or not is_zero(before):
             at = point - rotation[..., 0] * np.asarray(before)[..., None]
-        own = FiniteSpring(spring.name, at, rotation, *shared, Bending(*bent), e.ends)
+        own = FiniteSpring(spring.name, at, rotation, V, k, axial, Bending(*bent), e.ends)
         vars(own)["kind"] = e.kind
         placed.append(own)
     return placed
