@@ -17,6 +17,7 @@ from robostiff.elasticity import (
     elasticity_from_stiffness,
     moved,
     tapered_compliance,
+    uniform_beam,
 )
 
 seeds = st.integers(0, 2**32 - 1)
@@ -173,6 +174,27 @@ def test_batches_and_integers():
     spring = rs.Elasticity(np.zeros((4, 2, 6, 6), dtype=int))
     assert spring.compliance.shape == (4, 2, 6, 6)
     assert spring.compliance.dtype == np.float64
+
+
+def test_one_of_a_batch_is_as_by_itself():
+    lengths = np.array([0.2, 0.4, 0.7])
+    C = beam_compliance(lengths, rs.material("steel"), rs.circle(0.03))
+    whole = rs.Elasticity(C, segments=())
+    for one, i in ((whole.one(1), 1), (whole.one(slice(1, 3)).one(1), 2), (whole.one(-3), 0)):
+        alone = rs.Elasticity(C[i], segments=())
+        np.testing.assert_array_equal(one.compliance, alone.compliance)
+        np.testing.assert_allclose(one.modes @ one.modes.T, alone.compliance, rtol=1e-13, atol=0)
+        (beam,), (expected,) = one.beams, alone.beams
+        assert vars(beam) == vars(expected)
+        assert beam.length == pytest.approx(lengths[i], rel=1e-14)
+
+
+def test_a_batch_with_one_that_is_no_beam_is_none_but_each_stays_what_it_is():
+    C = beam_compliance(np.array([0.2, 0.4]), rs.material("steel"), rs.circle(0.03))
+    C[1, 0, 3] = C[1, 3, 0] = 0.5 * np.sqrt(C[1, 0, 0] * C[1, 3, 3])
+    whole = rs.Elasticity(C, segments=())
+    assert uniform_beam(C, is_one=True) is None
+    assert [len(x.beams) for x in (whole, whole.one(0), whole.one(1))] == [0, 1, 0]
 
 
 def test_symbolic_entries_stay():

@@ -7,9 +7,7 @@ object arrays with exact zeros. They validate nothing; `beam_compliance` and `be
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
-from itertools import permutations
 from numbers import Integral
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -193,29 +191,28 @@ def uniform_beam(C: np.ndarray, *, is_one: bool = False) -> UniformBeam | None:
     >>> beam.length, uniform_beam(np.eye(6)) is None
     (0.5, True)
     """
-    if C.ndim > 2:
-        each = [uniform_beam(own, is_one=is_one) for own in C.reshape(-1, 6, 6)]
-        found = [[*vars(own).values()] for own in each if own]
-        values = np.array(found).T.reshape(-1, *C.shape[:-2]) if len(found) == len(each) else []
-        return UniformBeam(*values) if len(values) else None
-    rows = C.tolist()
-    stretch, dy, dz, twist, ry, rz = diagonal = [rows[i][i] for i in range(6)]
-    if not all(c > 0 for c in diagonal) or not (L := 2.0 * rows[1][5] / rz) > 0:
+    diagonal = np.moveaxis(np.diagonal(C, axis1=-2, axis2=-1), -1, 0)
+    stretch, dy, dz, twist, ry, rz = diagonal
+    if not (np.all(diagonal > 0) and np.all(C[..., 1, 5] > 0)):
         return None
-    shear_y, shear_z = dy / L - rz * L / 3.0, dz / L - ry * L / 3.0
+    L = 2.0 * C[..., 1, 5] / rz
     size_y, size_z = dy / L, dz / L
-    if shear_y < -_ALIKE * size_y or shear_z < -_ALIKE * size_z:
+    shear_y, shear_z = size_y - rz * L / 3.0, size_z - ry * L / 3.0
+    if np.any(shear_y < -_ALIKE * size_y) or np.any(shear_z < -_ALIKE * size_z):
         return None
-    if not is_one and max(shear_y, shear_z) * L > _SHEARED * stretch:
+    if not is_one and np.any(np.maximum(shear_y, shear_z) * L > _SHEARED * stretch):
         return None
-    shear_y = shear_y if shear_y > _ALIKE * size_y else 0.0
-    shear_z = shear_z if shear_z > _ALIKE * size_z else 0.0
-    across = {(1, 5): 0.5 * L * rz, (2, 4): -0.5 * L * ry}
-    for i, j in permutations(range(6), 2):
-        apart = abs(rows[i][j] - across.get((min(i, j), max(i, j)), 0.0))
-        if apart > _ALIKE * math.sqrt(diagonal[i] * diagonal[j]):
-            return None
-    return UniformBeam(L, L / stretch, L / ry, L / rz, L / twist, shear_y, shear_z)
+    shear_y = np.where(shear_y > _ALIKE * size_y, shear_y, 0.0)
+    shear_z = np.where(shear_z > _ALIKE * size_z, shear_z, 0.0)
+    apart, size = np.array(C), np.sqrt(diagonal)
+    for i, j, across in ((1, 5, 0.5 * L * rz), (2, 4, -0.5 * L * ry)):
+        apart[..., i, j] -= across
+        apart[..., j, i] -= across
+    apart[..., range(6), range(6)] = 0.0
+    if np.any(_ALIKE * size[:, None] * size < np.abs(apart).T):
+        return None
+    found = L, L / stretch, L / ry, L / rz, L / twist, shear_y, shear_z
+    return UniformBeam(*(found if C.ndim > 2 else map(float, found)))
 
 
 @runtime_checkable

@@ -24,6 +24,8 @@ from robostiff.spatial.formula import (
     vanishes,
 )
 
+_TOGETHER = 256  # elasticities of which all are computed where one is
+
 
 @frozen
 class Elasticity:
@@ -85,6 +87,9 @@ class Elasticity:
     @cached_property
     def modes(self) -> NDArray[Any]:
         """Twists (..., 6, 6) in columns: a wrench w stores the energy ``|modes^T w|^2 / 2``."""
+        if self.among is not None:
+            several, index = self.among
+            return several.modes[index]
         return compliance_modes(self.compliance)
 
     @property
@@ -95,6 +100,9 @@ class Elasticity:
     @cached_property
     def beams(self) -> tuple[UniformBeam, ...]:
         """Uniform beams, in its own axes, that the pieces of a part in numbers are; else none."""
+        if self.among is not None and self.among[0].beams:
+            several, index = self.among
+            return tuple(UniformBeam(*(x[index] for x in vars(b).values())) for b in several.beams)
         pieces, is_one = () if self.freedoms.size else self.pieces, self.segments is not None
         found = [uniform_beam(C, is_one=is_one) for C in pieces]
         return tuple(beam for beam in found if beam and None not in found)
@@ -109,11 +117,18 @@ class Elasticity:
         if self.compliance.ndim == 2:
             return self
         found = object.__new__(Elasticity)  # its arrays have been checked with the others
-        batches = {name: vars(self).get(name) for name in ("compliance", "modes")}
-        arrays = {name: array[index] for name, array in batches.items() if array is not None}
         same = {name: getattr(self, name) for name in ("freedoms", "bounds", "segments")}
-        vars(found).update(beam=None, **same, **arrays)
+        several, rows = self.among or (self, slice(None))
+        if len(several.compliance) <= _TOGETHER:
+            index_among = np.arange(len(several.compliance))[rows][index]
+            vars(found)["_among"] = several, index_among
+        vars(found).update(beam=None, **same, compliance=self.compliance[index])
         return found
+
+    @property
+    def among(self) -> tuple[Elasticity, Any] | None:
+        """Those of a few legs or poses of which it is one, and which: they are computed at once."""
+        return vars(self).get("_among")
 
 
 def translational_spring(stiffness: Any, axis: Entries) -> Elasticity:

@@ -33,8 +33,9 @@ def with_masses(posture: Posture) -> Snapshot:
     for places, group in posture_finder(robot).legs_alike:
         q = np.concatenate([posture.coordinates[i] for i in places])
         rows = placed_with_masses(group.leg.name, group.chain, q, *group.bases(N))
-        for i, leg in zip(places, group.one_by_one(rows, N), strict=True):
-            legs[i] = leg
+        own = rows if rows.blocks else replace(rows, elements=())  # they are known
+        for i, leg in zip(places, group.one_by_one(own, N), strict=True):
+            legs[i] = leg if rows.blocks else replace(legs[i], masses=leg.masses)
     R, p = turn_by_vector(posture.pose[:, 3:]), posture.pose[:, :3]
     on_platform = tuple(
         own for mass in robot.platform_masses for own in mass.placed(mass.name, R, p)

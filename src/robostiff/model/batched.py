@@ -37,14 +37,17 @@ def _at(value: Any, own_axes: int | None, rows: int | slice) -> Any:
         return tuple([_at(entry, own_axes, rows) for entry in value])
     if kind is Elasticity:
         return value.one(rows)
-    if not issubclass(kind, BatchedPart | Screw):
+    if not issubclass(kind, (BatchedPart, Screw)):  # quicker than a union
         return value
-    found = object.__new__(kind)  # what holds at all poses does so at one
+    found, given = object.__new__(kind), vars(value)  # what holds at all poses does so at one
     attributes = vars(found)
     for name in names_of(kind):
-        entry = getattr(value, name)
-        is_plain = type(entry) in _PLAIN
-        attributes[name] = entry if is_plain else _at(entry, _OWN_AXES.get(name), rows)
+        entry = attributes[name] = given[name]
+        if (own := type(entry)) is np.ndarray:  # most are, and this is called often
+            axes = _OWN_AXES.get(name)
+            attributes[name] = entry if axes in (None, entry.ndim) else entry[rows]
+        elif own not in _PLAIN:
+            attributes[name] = _at(entry, _OWN_AXES.get(name), rows)
     return found
 
 

@@ -78,7 +78,7 @@ def cable_response(
     if before.status & barred:
         return CableResponse(F, before, before.status | Status.NO_EQUILIBRIUM, 0.0)
     problem = Postures(robot, cables=before).loaded(0, Acting()).problem
-    event, found, carried = _outcome(problem, LoadCase(np.zeros(len(F)), F))
+    event, found, carried = _outcome(problem, LoadCase(F))
     names = before.cable_names
     slack = None if event is None else SlackEvent(event[0], names[event[1]])
     if found is None:
@@ -116,7 +116,7 @@ def _outcome(
     the beginning on: they may have left it.
     """
     here = start = equilibrium_at(problem, loading, 0.0, problem.unloaded)
-    if not np.any(loading.wrench_rate):
+    if not np.any(loading.wrench):
         return None, here if here.converged else None, 1.0
     event, whole = None, None
     for last, shortest in ((1.0, _SHORTEST), (_FURTHEST, _BEYOND)):

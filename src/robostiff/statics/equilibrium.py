@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -166,7 +165,8 @@ def _by_record(
     robot: Any, pose: Any, wrench: ArrayLike | None, acting: Acting
 ) -> Equilibrium | None:
     """Equilibria under wrenches by the record of a robot; None where there is none, or not so."""
-    poses = None if acting.laws else _recorded_poses(robot, pose)
+    is_recorded = isinstance(robot, Robot) and not acting.laws
+    poses = kept_for_last(_coordinates, robot, pose) if is_recorded else None
     if poses is None:
         return None
     F, batch = wrenches_of("wrench", wrench, robot.space), poses.shape[:-1]
@@ -182,19 +182,11 @@ def _by_record(
     return compiled.evaluate(JointCoordinates(poses) if robot.is_posed_by_joints else poses, F)
 
 
-@singledispatch
-def _recorded_poses(robot: Any, pose: Any) -> np.ndarray | None:
-    """Coordinates (..., n) of poses that a record answers; None where there is none for them."""
-    return None
-
-
-@_recorded_poses.register
-def _(robot: Robot, pose: Any) -> np.ndarray | None:
-    return kept_for_last(_coordinates, robot, pose)
-
-
 def _coordinates(robot: Robot, pose: Any) -> np.ndarray | None:
-    """Those of joints where these pose the robot, else of the platform."""
+    """Coordinates (..., n) of poses that a record answers; None where there is none for them.
+
+    Those of joints where these pose the robot, else of the platform.
+    """
     question = PosesOfRobot(robot, pose)
     given = question.recordable()
     if given is None:

@@ -173,12 +173,11 @@ def critical_load(
     acting = Acting(loads, gravity, preload, beams, at, laws or {})
     loaded, F = one_loaded_posture(robot, pose, wrench, near, acting, grows)
     problem, status = loaded.problem, loaded.status
-    nothing = np.zeros(problem.size)
     if not loaded.has_posture:
         return CriticalLoad(loaded.name, F, status, 0.0, None)
     if problem.at_rest.rigid:
         status |= Status.RIGID_DIRECTION
-    loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
+    loading = LoadCase(F, share=1.0, share_rate=0.0)
     last, point, searched_to = first_critical(path(problem, loading), up_to)
     is_free = not meets_stiffness(problem.at_rest)
     if is_free:
@@ -295,10 +294,10 @@ def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> list[OnPath]
 
     Between a stable and an unstable one stands the critical point, which counts as stable.
     """
-    problem, nothing = loaded.problem, np.zeros(loaded.problem.size)
+    problem = loaded.problem
     if furthest <= 0 or not loaded.has_posture:
         return []
-    loading = LoadCase(nothing, F, share=1.0, share_rate=0.0)
+    loading = LoadCase(F, share=1.0, share_rate=0.0)
     found: list[OnPath] = []
     for step in path(problem, loading, largest=0.1 * furthest):
         on_path, at = step, step.found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from functools import cache, cached_property, partial
@@ -27,19 +26,19 @@ from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.newton import FoundEquilibrium
-from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.equations.stability import energies_of
 from robostiff.statics.equations.vibration import Vibrations, mass_rows, vibrations
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses, has_masses
 from robostiff.statics.loading.loaded_posture import (
-    LoadedPosture,
+    Postures,
     as_snapshot,
     beside,
     postures_of,
     wrenches_of,
 )
-from robostiff.statics.solution import solved
+from robostiff.statics.solution import Solution, settled
 
 # So that beams have modes of their own, the first of them within some percent.
 _HALVES = Bowing(elements=2, inner_modes=True)
@@ -53,7 +52,7 @@ _PART = 1e-3
 # when digits of that are lost.
 _NONE, _FAR_APART = 1e-9, 1e-6
 # Poses whose equations are solved together.
-_TOGETHER = 16
+_TOGETHER = 32
 
 
 @frozen
@@ -139,10 +138,8 @@ class Modes(StatusOfPoses, InNotebooks):
         or fewer.
     shapes : callable
         Motions (k, n) of all unknowns.
-    place : callable
-        The robot at the unloaded posture: a snapshot, network or cable robot; or none.
-    find : callable
-        The equilibrium about which it vibrates, or none.
+    solve : callable
+        How the equilibrium about which it vibrates was found, or why there is none.
     one : callable
         Of many poses the modes at one, by its number.
     """
@@ -152,25 +149,24 @@ class Modes(StatusOfPoses, InNotebooks):
     status_codes: np.ndarray
     squares: np.ndarray = field(default_factory=lambda: np.zeros(0))
     shapes: Callable[[], np.ndarray] = field(default=lambda: np.zeros((0, 0)), compare=False)
-    place: Callable[[], Any] = field(default=lambda: None, compare=False)
-    find: Callable[[], FoundEquilibrium | None] = field(default=lambda: None, compare=False)
+    solve: Callable[[], Solution] = field(default=lambda: Solution(Status.OK), compare=False)
     one: Callable[[int], Modes] | None = field(default=None, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
         """What a copy or a pickle has: all of it worked out."""
-        known = {"shapes": self.shapes(), "place": self.posed, "find": self.equilibrium}
+        known = {"shapes": partial(copy, self.shapes()), "solve": partial(copy, self.solve())}
         one = None if self.one is None else partial(getitem, self.poses)
-        return vars(self) | {k: partial(copy, x) for k, x in known.items()} | {"one": one}
+        return vars(self) | known | {"one": one}
 
-    @cached_property
+    @property
     def posed(self) -> Snapshot | Network | CableRobot | None:
         """The robot at the unloaded posture."""
-        return self.place()
+        return self.solve().posed
 
-    @cached_property
+    @property
     def equilibrium(self) -> FoundEquilibrium | None:
         """About which it vibrates; None where there is none, and of many poses."""
-        return self.find()
+        return self.solve().found
 
     @cached_property
     def each(self) -> tuple[Mode, ...]:
@@ -293,91 +289,85 @@ def modes(
     (180, array([48.8, 48.8]))
     """
     postures = postures_of(robot, pose, near)
-    of_robot = postures.robot.name, postures.robot.space
-    given = beside(postures.batch, wrenches_of("wrench", wrench, of_robot[1]))
-    acting, carried = Acting(loads, gravity, preload, beams, at, laws or {}), masses or {}
+    given = beside(postures.batch, wrenches_of("wrench", wrench, postures.robot.space))
+    acting = Acting(loads, gravity, preload, beams, at, laws or {})
+    request = _Request(postures, acting, masses or {}, np.atleast_2d(given))
+    if given.ndim == 1:
+        return request.one(0)
+    return request.all(_of_platforms(request, lambda: stiffness(postures.robot, pose, near=near)))
 
-    def found_at(i: int, known: Vibrations | None = None) -> Modes:
-        """At one pose; its vibrations at rest may be known."""
-        one, F = cache(partial(postures.loaded, i, acting, carried)), np.atleast_2d(given)[i]
 
-        def at_rest() -> FoundEquilibrium:
-            problem = one().problem
-            start = LoadCase(F, F), problem.unloaded
-            return FoundEquilibrium(*start, 0.0, problem.at_rest, True, 0)
+@frozen
+class _Request:
+    """Modes at postures, under wrenches (N, r), with masses beside those of the model."""
 
-        find: Callable[[], FoundEquilibrium | None] = cache(at_rest)
-        status = one().status if known is None else postures.status(i)
-        if known is None and one().has_posture:
-            if one().problem.bears_loads or np.any(F):
-                answer = solved(one(), F, None)
-                status, find = answer.status, lambda: answer.found
-            if (found := find()) is not None:
-                (known,) = vibrations(one().problem, one().masses, found.known, found.state)
-        about = *of_robot, np.asarray(int(status), dtype=np.uint16)
+    postures: Postures
+    acting: Acting
+    masses: Masses
+    wrenches: np.ndarray
+
+    def one(self, i: int, known: Vibrations | None = None) -> Modes:
+        """Modes at one pose; its vibrations at rest may be known."""
+        postures, robot = self.postures, self.postures.robot
+        loaded = cache(partial(postures.loaded, i, self.acting, self.masses))
+        solve = cache(lambda: settled(loaded(), self.wrenches[i]))
+        status = solve().status if known is None else postures.status(i)
+        if known is None and (found := solve().found) is not None:
+            (known,) = vibrations(found.problem, loaded().masses, found.known, found.state)
+        about = robot.name, robot.space, np.asarray(int(status), dtype=np.uint16)
         if known is None:
             return Modes(*about)
         if not known[0].size:
             raise InputError(
-                f"masses of {of_robot[0]!r}",
+                f"masses of {robot.name!r}",
                 expected="masses of bodies, by name [kg]",
                 hint='write masses={"platform": 150}, rs.Mass(12, inertia=...) in place of a '
                 'number; --mass "platform=150 kg"; or mass: in the model file',
             )
-        return Modes(*about, *known, lambda: one().posed, find)
+        return Modes(*about, *known, solve)
 
-    if given.ndim == 1:
-        return found_at(0)
-    n, known = len(given), np.ma.masked_all((len(given), 0))
-    each = [one for x in carried.values() for one in (x if isinstance(x, Sequence) else [x])]
-    alike = at is None and all(getattr(one, "point", None) is None for one in each)
-    alike = alike and not any(map(has_masses, getattr(robot, "legs", ())))
-    if n and postures.batch and alike and isinstance(robot, Robot) and not np.any(given):
-        first = postures.first.loaded(0, acting, carried)
-        known = _of_platforms(n, first, lambda: stiffness(robot, pose, near=near))
-    rest, alone = np.flatnonzero(known.mask.all(axis=-1)).tolist(), dict[int, Modes]()
-    for k in range(0, len(rest), _TOGETHER):
-        rows, found = rest[k : k + _TOGETHER], list[Vibrations]()
-        together = None if np.any(given[rows]) else postures.as_robots(rows, acting, carried)
-        if together is not None and not (together[0].closures or together[0].at_rest.lacks_digits):
-            found = vibrations(*together, together[0].at_rest, together[0].unloaded)
-        for i, own in itertools.zip_longest(rows, found):
-            alone[i] = found_at(i, own)
-    codes = np.array([int(alone[i].status) if i in alone else 0 for i in range(n)], dtype=np.uint16)
-    squares = np.ma.masked_all((n, max([known.shape[1], *map(len, alone.values())])))
-    squares[:, : known.shape[1]] = known
-    for i, own in alone.items():
-        squares[i, : len(own)] = own.squares
-
-    def one(i: int) -> Modes:
-        return alone[i] if i in alone else alone.setdefault(i, found_at(i))
-
-    return Modes(*of_robot, codes, squares, one=one)
+    def all(self, known: np.ma.MaskedArray) -> Modes:
+        """Modes at all poses, of which squares (N, k) of some are known: not masked."""
+        postures, own = self.postures, dict[int, Vibrations]()
+        rest = np.flatnonzero(known.mask.all(axis=-1)).tolist()
+        for rows in (rest[k : k + _TOGETHER] for k in range(0, len(rest), _TOGETHER)):
+            together = None
+            if not np.any(self.wrenches[rows]):
+                together = postures.as_robots(rows, self.acting, self.masses)
+            if together and not (together[0].closures or together[0].at_rest.lacks_digits):
+                found = vibrations(*together, together[0].at_rest, together[0].unloaded)
+                own |= zip(rows, found, strict=False)  # none where robots differ
+        one = cache(lambda i: self.one(i, own.get(i)))
+        codes = np.zeros(len(known), dtype=np.uint16)
+        count = max([known.shape[1], *(len(one(i)) for i in rest)])
+        squares = np.ma.masked_all((len(known), count))
+        squares[:, : known.shape[1]] = known
+        for i in rest:
+            codes[i], squares[i, : len(one(i))] = int(one(i).status), one(i).squares
+        return Modes(postures.robot.name, postures.robot.space, codes, squares, one=one)
 
 
-def _of_platforms(
-    count: int, first: LoadedPosture, find: Callable[[], Stiffness]
-) -> np.ma.MaskedArray:
+def _of_platforms(request: _Request, find: Callable[[], Stiffness]) -> np.ma.MaskedArray:
     """Squares (N, k) without load at poses where masses are on the platform alone, by K.
 
     With ``K = L L^T`` they are the inverse squares of the singular values of ``L^-1 B^T``, where B
     is that of `mass_rows`, the same at all poses in the axes of the platform. Masked where K is not
     definite, or more is to be said of the pose; without columns where legs have masses, or loads.
-
-    Parameters
-    ----------
-    count : int
-        Number N of poses.
-    first : LoadedPosture
-        That of the first pose.
-    find : callable
-        The stiffness at all of them.
+    `find` is called for the stiffness at all of them.
     """
-    nothing = np.ma.masked_all((count, 0))
+    robot, none = request.postures.robot, np.ma.masked_all((len(request.wrenches), 0))
+    every = [x if isinstance(x, Sequence) else [x] for x in request.masses.values()]
+    at_points = any(getattr(x, "point", None) is not None for several in every for x in several)
+    if at_points or request.acting.at is not None or np.any(request.wrenches):
+        return none  # they are not alike in the axes of each platform, or not at rest
+    is_robot = isinstance(robot, Robot) and request.postures.batch and len(none)
+    if not is_robot or any(map(has_masses, robot.legs)):
+        return none
+    first = request.postures.first.loaded(0, request.acting, request.masses)
     problem = first.problem
     of_legs, _, (B,) = mass_rows(problem, first.masses, problem.unloaded)
     if len(of_legs) or not first.has_posture or problem.bears_loads or problem.has_laws:
-        return nothing
+        return none
     known = find()
     plain = (known.status_codes & ~np.uint16(Status.REDUNDANT_JOINTS)) == 0
     rows, scale = list(problem.rows), problem.scale
@@ -385,12 +375,12 @@ def _of_platforms(
     _, sizes, Vt = np.linalg.svd(B, full_matrices=False)
     B = (sizes[:, None] * Vt)[sizes > _NONE * np.max(sizes, initial=0.0)] * scale
     if not len(B):
-        return nothing
+        return none
     R = np.zeros((np.count_nonzero(plain), 6, 6))
     R[:, :3, :3] = R[:, 3:, 3:] = turn_by_vector(np.asarray(known.pose)[plain, 3:])
     L, turned = np.linalg.cholesky(np.ma.getdata(known.matrix)[plain]), R[:, rows][:, :, rows] @ B.T
     values = np.linalg.svd(np.linalg.solve(L, turned), compute_uv=False)
-    found = np.ma.masked_all((count, len(B)))
+    found = np.ma.masked_all((len(none), len(B)))
     found[plain] = 1.0 / values**2
     found[np.flatnonzero(plain)[values[:, -1] < _FAR_APART * values[:, 0]]] = np.ma.masked
     return found

@@ -332,7 +332,7 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         """
         found = self._require()
         if not self.held:
-            return found.loading.wrench + found.loading.wrench_rate
+            return found.loading.wrench
         platform, scale = found.known.held_platform, found.problem.scale
         if platform is None:
             return -found.known.missing

@@ -169,7 +169,7 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
         return none(Status.ILL_CONDITIONED if stiffness.status.has_stiffness else Status.OK)
     placed: Any = stiffness.placed()
     nothing, at_rest = np.zeros(problem.size), problem.unloaded
-    known = problem.linearised(at_rest, LoadCase(nothing, F), 0.0, 2)
+    known = problem.linearised(at_rest, LoadCase(F), 0.0, 2)
     if _drives_legs(problem, known):
         return none(Status.UNBALANCED)
     to_origin = (stiffness.origin - stiffness.reference_point)[: stiffness.space.translations]

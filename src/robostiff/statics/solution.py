@@ -87,9 +87,8 @@ def solved(
     problem, status = loaded.problem, loaded.status
     if not loaded.has_posture:
         return Solution(status)
-    nothing = np.zeros(problem.size)
-    share = (1.0, 0.0) if standing else (0.0, 1.0)
-    loading = LoadCase(nothing, nothing if wrench is None else wrench, *share)
+    F = np.zeros(problem.size) if wrench is None else wrench
+    loading = LoadCase(F, *((1.0, 0.0) if standing else (0.0, 1.0)))
     if problem.at_rest.rigid:
         status |= Status.RIGID_DIRECTION
     target = None
@@ -133,11 +132,19 @@ def solved(
     return _with_status(loaded, found, answer)
 
 
+def settled(loaded: LoadedPosture, wrench: np.ndarray) -> Solution:
+    """The equilibrium under a wrench; where nothing acts, the unloaded posture."""
+    problem = loaded.problem
+    if not loaded.has_posture or problem.bears_loads or np.any(wrench):
+        return solved(loaded, wrench)
+    found = FoundEquilibrium(LoadCase(wrench), problem.unloaded, 0.0, problem.at_rest, True, 0)
+    return Solution(loaded.status, found=found, frame=loaded.frame, posed=loaded.posed)
+
+
 def _with_status(loaded: LoadedPosture, found: FoundEquilibrium, answer: Solution) -> Solution:
     """An answer with its status."""
     known, loading, carried, status = found.known, found.loading, answer.carried, answer.status
-    wrench = loading.wrench + loading.wrench_rate
-    if known.lacks_digits or not (answer.held or carried.are_balanced(wrench)):
+    if known.lacks_digits or not (answer.held or carried.are_balanced(loading.wrench)):
         return Solution(status | Status.ILL_CONDITIONED, answer.critical)
     if not answer.held and not meets_stiffness(known):
         status |= Status.FREE_MOTIONS

@@ -13,6 +13,7 @@ from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
 from robostiff.frozen import frozen, replace
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
+from robostiff.model.batched import one_of
 from robostiff.record import is_zero, square_root, usual_size
 from robostiff.spatial import Space, compliance_modes, cross
 from robostiff.statics.chains.elements import Bending, Element, FiniteJoint, FiniteSpring
@@ -232,7 +233,7 @@ class ElementsOfParts(Elements):
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as one or more elements."""
         del leg
-        elasticity = spring.elasticity
+        elasticity, index = spring.elasticity.among or (spring.elasticity, None)
         # with a part that is alike at all poses they stay known, if they are so whichever way up
         in_space = self.space is Space.SPATIAL
         kept = vars(elasticity).setdefault(_ELEMENTS, {}) if in_space else {}
@@ -253,7 +254,7 @@ class ElementsOfParts(Elements):
                 bows=bowing is not None,
                 inner=bowing is not None and bowing.has_inner_modes,
             )
-        return in_series(kept[self.treated], spring)
+        return in_series(kept[self.treated], spring, index)
 
 
 def _modes(
@@ -342,18 +343,29 @@ def elastic_element(
     return FiniteSpring("", nowhere, rotation, V, k, axial, bent)
 
 
-def in_series(found: InNoPlace, spring: PlacedSpring) -> list[Element]:
-    """The elements of an elastic part where it is, of numbers or of entries."""
+def in_series(found: InNoPlace, spring: PlacedSpring, index: Any = None) -> list[Element]:
+    """The elements of an elastic part where it is, of numbers or of entries.
+
+    Of elements of many parts those of one of them, or of some, by its number there.
+    """
     (first, _), *_ = found
     point, rotation = (
         np.asarray(each, dtype=first.point.dtype) for each in (spring.point, spring.rotation)
     )
     placed: list[Element] = []
     for e, back in found:
+        V, k, axial, before, bent = e.modes, e.stiffness, e.axial, back, vars(e.bending).values()
+        if index is not None:
+            V, k, axial, before = map(partial(_one, index), (V, k, axial, back), (2, 1, 0, 0))
+            bent = map(partial(_one, index), bent, (2, 1, 1, 1))
         at = point
-        if isinstance(back, np.ndarray) or not is_zero(back):
-            at = point - rotation[..., 0] * np.asarray(back)[..., None]
-        shared = e.modes, e.stiffness, e.axial, e.bending, e.ends
-        placed.append(own := FiniteSpring(spring.name, at, rotation, *shared))
+        if isinstance(before, np.ndarray) or not is_zero(before):
+            at = point - rotation[..., 0] * np.asarray(before)[..., None]
+        own = FiniteSpring(spring.name, at, rotation, V, k, axial, Bending(*bent), e.ends)
         vars(own)["kind"] = e.kind
+        placed.append(own)
     return placed
+
+
+def _one(index: Any, values: Any, own_axes: int) -> Any:
+    return one_of(values, own_axes, index) if isinstance(values, np.ndarray) else values

@@ -20,7 +20,6 @@ from robostiff.statics.chains.elements import (
     FiniteBodySpring,
     FiniteChain,
     FiniteCoupling,
-    FiniteJoint,
     FiniteSpring,
     Owner,
     Pulls,
@@ -32,6 +31,7 @@ from robostiff.statics.chains.elements import (
 from robostiff.statics.chains.moving_chain import (
     ChainTerms,
     MovingChains,
+    PlacedChains,
     crossed,
     skews,
     sum_of_crossed,
@@ -175,13 +175,6 @@ class Legs:
         return [coupling for coupling in self.couplings if coupling.is_rigid]
 
     @cached_property
-    def joints(self) -> list[FiniteJoint]:
-        """Those of all chains, and the sums of couplings."""
-        elements = [e for chain in self.chains for e in chain.elements]
-        found = [e for e in elements if isinstance(e, FiniteJoint)]
-        return found + [coupling.drive for coupling in self.couplings]
-
-    @cached_property
     def beams(self) -> list[tuple[int, int, FiniteSpring]]:
         """Every beam with bowing, behind the numbers of its chain and of its element there."""
         return [
@@ -210,7 +203,7 @@ class Legs:
 
     def bodies(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
         """Where all bodies of chains are, by their numbers there; see `MovingChains.moved`."""
-        return self.arrays.moved(state.x, *self._starting(state))
+        return self.arrays.moved(self._moving(state))
 
     def places_of(self, state: LegState, spots: Sequence[Spot]) -> tuple[np.ndarray, np.ndarray]:
         """The same of some bodies of each robot, (M, 3, 3) and (M, 3)."""
@@ -314,13 +307,16 @@ class Legs:
         if pulls is not None:
             forces = 0 * self.arrays.load_force
             forces[self.numbers.of_chains.first_anchor :] = self.on_anchors(pulls.force)
-        start = self._starting(state)
-        return self.arrays.terms(state.x, *start, W, state.axial, share, forces)
+        return self.arrays.terms(state.x, self._moving(state), W, state.axial, share, forces)
 
-    def _starting(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
-        """Axes and points of the bodies at the starts of the chains [m]."""
-        base = np.eye(3, dtype=int), np.zeros(3, dtype=int)
-        return self._placed(self.numbers.starts, state, *base)
+    def _moving(self, state: LegState) -> PlacedChains:
+        """Where the chains are; kept with the state."""
+        known: dict[MovingChains, PlacedChains] = vars(state).setdefault("_moving", {})
+        if self.arrays not in known:
+            base = np.eye(3, dtype=int), np.zeros(3, dtype=int)
+            start = self._placed(self.numbers.starts, state, *base)
+            known[self.arrays] = self.arrays.placed(state.x, *start)
+        return known[self.arrays]
 
     def _placed(
         self, which: np.ndarray, state: LegState, R: np.ndarray, p: np.ndarray
@@ -344,9 +340,9 @@ class Legs:
 
     def pulls(self, state: LegState, share: float) -> Pulls:
         """What springs between bodies do at a state under a share of loads."""
-        at, start = self.numbers, self._starting(state)
+        at, moving = self.numbers, self._moving(state)
         bodies = at.bodies_at([spot for *_, spot in self.anchors])
-        rates, points = self.arrays.twists(state.x, *start, bodies, None, at.columns, at.total)
+        rates, points = self.arrays.twists(moving, bodies, None, at.columns, at.total)
         return pulls_of(self.springs, self.anchors, points, rates[:, :3], share)
 
     def energies(self, state: LegState) -> list[list[float]]:
@@ -365,13 +361,13 @@ class Legs:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
         pushed = zip(self.couplings, self.sums(state), strict=True)
         total = -sum(coupling.drive.preload * s for coupling, s in pushed)
-        return share * (total + self.arrays.load_potential(state.x, *self._starting(state)))
+        return share * (total + self.arrays.load_potential(state.x, self._moving(state)))
 
     def twists(self, state: LegState, spots: Sequence[Spot], points: np.ndarray) -> np.ndarray:
         """Of bodies of each robot about points (M, 3), by free unknowns of components (M, 6, m)."""
-        at, start = self.numbers, self._starting(state)
+        at = self.numbers
         given = at.bodies_at(spots, self.robots), points, at.local[at.columns], at.widest
-        return self.arrays.twists(state.x, *start, *given)[0]
+        return self.arrays.twists(self._moving(state), *given)[0]
 
     @cached_property
     def stiffness(self) -> np.ndarray:

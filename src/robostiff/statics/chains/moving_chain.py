@@ -7,7 +7,7 @@ record: what is zero there leaves no operation.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -145,6 +145,22 @@ class ChainTerms:
     beams: BowingTerms  # of beams with bowing (B,)
 
 
+class PlacedChains(NamedTuple):
+    """Where chains are: frames of all n bodies, and velocities by the Q columns."""
+
+    before: np.ndarray  # (n, 4, 4): before the motion of their elements, and behind it
+    behind: np.ndarray
+    turned: FiniteTurn  # turns of elastic parts
+    # (Q, 3): angular velocities, and velocities of the points of the bodies that columns move
+    w: np.ndarray
+    v: np.ndarray
+
+    @property
+    def points(self) -> np.ndarray:
+        """Of all bodies (n, 3) [m]."""
+        return self.behind[:, :3, 3]
+
+
 class MovingChains:
     """Elements of chains as arrays: J joints, S elastic parts, and B beams with bowing among these.
 
@@ -193,6 +209,7 @@ class MovingChains:
         self._axis_skew_squared = self._axis_skew @ self._axis_skew
         self.stiffness: np.ndarray = self._array([e.stiffness for e in joints])
         self.preload: np.ndarray = self._array([e.preload for e in joints])
+        self.inertia: np.ndarray = self._array([e.inertia for e in joints])
         self.laws: list[tuple[int, Any]] = [
             (i, e.law) for i, e in enumerate(joints) if e.law is not None
         ]
@@ -236,7 +253,7 @@ class MovingChains:
         self.mode_stiffness: np.ndarray = stiffness.reshape(P * S, WIDE)
         self._elastic = self.mode_stiffness[..., None] * np.eye(WIDE, dtype=int)
         self.beams: np.ndarray = self._at.beams
-        beams = [e for e in springs if e.bows]
+        beams = [springs[i] for i in self.beams[: len(self.beams) // P]]
         self.axial: np.ndarray = self._array([e.axial for e in beams])
         self.along: np.ndarray = self.modes[self.beams, 0]
         forms = [e.bending.s.shape[-1] for e in beams]
@@ -258,22 +275,18 @@ class MovingChains:
         found[:, 3, 3] = 1
         return found
 
-    def moved(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """All bodies by number, at coordinates x (U,) of the chains.
+    def moved(self, placed: PlacedChains) -> tuple[np.ndarray, np.ndarray]:
+        """All bodies by number: a point X of the unloaded posture is now at ``R X + t``.
 
-        Those at the starts are at (R, p), (C, 3, 3) and (C, 3) [m], in the order of the chains. A
-        point X of the unloaded posture is now at ``R X + t``: R (n, 3, 3) and t (n, 3).
+        R (n, 3, 3) and t (n, 3).
         """
-        behind = self._placed(x, R, p)[1]
-        R = behind[:, :3, :3] @ np.swapaxes(self._axes, -1, -2)
-        return R, behind[:, :3, 3] - (R @ self._points[..., None])[..., 0]
+        R = placed.behind[:, :3, :3] @ np.swapaxes(self._axes, -1, -2)
+        return R, placed.points - (R @ self._points[..., None])[..., 0]
 
-    def _placed(
-        self, x: np.ndarray, R: np.ndarray, p: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, FiniteTurn]:
-        """Frames of all bodies before and behind the motion of their elements (n, 4, 4).
+    def placed(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> PlacedChains:
+        """The chains at coordinates x (U,), the bodies at their starts at (R, p).
 
-        And the turns of elastic parts.
+        (C, 3, 3) and (C, 3) [m], in the order of the chains.
         """
         q = x[self._at.joint_x][:, None]
         half = (q * (self.turning * 0.5))[..., None]
@@ -295,7 +308,14 @@ class MovingChains:
         for outer, inner in self._at.levels:
             np.matmul(behind[inner], self._steps[outer], out=before[outer])
             np.matmul(before[outer], motion[outer], out=behind[outer])
-        return before, behind, turned
+        local = self._local.copy()
+        local[self._at.spring_x, 1] = self._columns_of_springs(turned.W @ self.modes[:, 3:])
+        axes = before.take(self._at.body[self._at.coordinates], 0)[:, :3, :3]
+        both = local @ np.swapaxes(axes, -1, -2)
+        v, w = self._zeros(2, len(self._at.body), 3)
+        v[self._at.coordinates], w[self._at.coordinates] = both[:, 0], both[:, 1]
+        v[self._at.of_bodies], w[self._at.of_bodies] = self._unit[:, :3], self._unit[:, 3:]
+        return PlacedChains(before, behind, turned, w, v)
 
     def spring_coordinates(self, x: np.ndarray) -> np.ndarray:
         """Coordinates of the elastic parts (S, 6) among those of the chains (U,)."""
@@ -306,14 +326,13 @@ class MovingChains:
     def terms(
         self,
         x: np.ndarray,
-        R: np.ndarray,
-        p: np.ndarray,
+        placed: PlacedChains,
         W: np.ndarray,
         axial: np.ndarray,
         share: float,
         pulls: np.ndarray | None = None,
     ) -> ChainTerms:
-        """What the chains contribute to the equations of their legs, at coordinates (U,).
+        """What the chains contribute to the equations of their legs, placed at coordinates (U,).
 
         With a nearer the base than b, ``d_b v_a = w_a x v_b`` and ``d_b w_a = 0``; with b nearer,
         ``d_b v_a = w_b x v_a`` and ``d_b w_a = w_b x w_a``, the Lie bracket. Within an element,
@@ -324,8 +343,6 @@ class MovingChains:
 
         Parameters
         ----------
-        R, p : (C, 3, 3) and (C, 3) arrays
-            Axes of the bodies at the starts, and their points, about which their twists are [m].
         W : (C, 6) array
             What the body at the end exerts on the chain, about the point where the chain has it [N,
             N m].
@@ -334,8 +351,8 @@ class MovingChains:
         share, pulls : float, and (L, 3) array or None
             Share of loads and preloads; forces at the points of the loads beside these [N].
         """
-        before, behind, turned = self._placed(x, R, p)
-        (w, v, C), body = self._columns(before, behind, turned), self._at.body
+        before, behind, turned, w, v = placed
+        C, body = placed.points, self._at.body
         end = behind[self._at.last] @ self._end_frames
         P, f, m, of_chain = end[:, :3, 3], W[:, :3], W[:, 3:], self._at.of_chain
         F, M = f.take(of_chain, 0), m.take(of_chain, 0)
@@ -388,28 +405,13 @@ class MovingChains:
         J = np.concatenate([moving, w], axis=-1)
         return ChainTerms(end[:, :3, :3], P, J, tangent, gradient, by_share, turned.square, beams)
 
-    def _columns(
-        self, before: np.ndarray, behind: np.ndarray, turned: FiniteTurn
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Angular velocities and velocities (Q, 3) about the points of all bodies (n, 3)."""
-        local = self._local.copy()
-        local[self._at.spring_x, 1] = self._columns_of_springs(turned.W @ self.modes[:, 3:])
-        axes = before.take(self._at.body[self._at.coordinates], 0)[:, :3, :3]
-        both = local @ np.swapaxes(axes, -1, -2)
-        v, w = self._zeros(2, len(self._at.body), 3)
-        v[self._at.coordinates], w[self._at.coordinates] = both[:, 0], both[:, 1]
-        v[self._at.of_bodies], w[self._at.of_bodies] = self._unit[:, :3], self._unit[:, 3:]
-        return w, v, behind[:, :3, 3]
-
     def _columns_of_springs(self, by: np.ndarray) -> np.ndarray:
         """Of matrices (S, 3, 6) the columns that there are (m, 3)."""
         return np.swapaxes(by, -1, -2).reshape(-1, 3)[self._at.full]
 
     def twists(
         self,
-        x: np.ndarray,
-        R: np.ndarray,
-        p: np.ndarray,
+        placed: PlacedChains,
         bodies: np.ndarray,
         points: np.ndarray | None,
         unknowns: np.ndarray,
@@ -420,10 +422,9 @@ class MovingChains:
         Where no points are given, they are those at which the last M loads, or anchors, are.
         `unknowns` (Q,) are those of the columns, out of a `total` of T.
         """
-        placed, at = self._placed(x, R, p), self._at
-        w, v, C = self._columns(*placed)
+        at, (_, behind, _, w, v), C = self._at, placed, placed.points
         if points is None:
-            points = self._loaded_points(placed[1])[len(self.load_point) - len(bodies) :]
+            points = self._loaded_points(behind)[len(self.load_point) - len(bodies) :]
         chains = at.chains[bodies]
         first, stop = (np.searchsorted(at.of_chain, chains, side) for side in ("left", "right"))
         i = np.repeat(np.arange(len(bodies)), stop - first)
@@ -459,8 +460,8 @@ class MovingChains:
         found[self._at.spring_bodies[self.beams]] += beams.energy
         return found
 
-    def load_potential(self, x: np.ndarray, R: np.ndarray, p: np.ndarray) -> float:
+    def load_potential(self, x: np.ndarray, placed: PlacedChains) -> float:
         """Potential of whole loads and preloads, 0 at the unloaded posture [J]."""
-        at = self._loaded_points(self._placed(x, R, p)[1])
+        at = self._loaded_points(placed.behind)
         work = np.sum(self.load_force * (at - self.load_point))
         return -float(np.sum(self.preload * x[self._at.joint_x]) + work)

@@ -337,11 +337,11 @@ def _start(
     Loads that act throughout are followed from none of them, where Newton's method is in doubt.
     """
     here = equilibrium_at(problem, loading, 0.0, problem.unloaded)
-    if loading.share == 0 and not np.any(loading.wrench):
+    if loading.share == 0:
         return here, None
     if here.converged and here.direct and least_margin(here).value >= SAFE:
         return here, None
-    growing = LoadCase(np.zeros(problem.size), loading.wrench, 0.0, loading.share)
+    growing = LoadCase(np.zeros(problem.size), 0.0, loading.share)
     ended, critical, searched_to = first_critical(path(problem, growing), 1.0)
     if critical is not None or ended is None or searched_to < 1.0:
         return here, critical

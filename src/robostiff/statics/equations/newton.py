@@ -75,8 +75,7 @@ def equilibrium_at(
     `target`: rotation and point at which the platform is held, if it is.
     """
     state, last, most, direct, done = start, np.inf, HALF, True, 0
-    wrench = loading.wrench + factor * loading.wrench_rate
-    load = float(np.max(np.abs(wrench / problem.scale)))
+    load = float(np.max(np.abs(factor * loading.wrench / problem.scale)))
     before, alike = np.zeros(3), 0
     for done in range(1, steps + 1):
         refined = _REFINEMENTS if last < _SOON else 0

@@ -25,12 +25,11 @@ _PULLS = 1e-9
 class LoadCase:
     """What acts on a robot at load factor s.
 
-    ``wrench + s wrench_rate`` acts on the platform about its point, world axes [N, N m], and
-    ``share + s share_rate`` of all preloads and of all forces on legs and platform.
+    ``s wrench`` acts on the platform about its point, world axes [N, N m], and ``share + s
+    share_rate`` of all preloads and of all forces on legs and platform.
     """
 
     wrench: np.ndarray  # (r,)
-    wrench_rate: np.ndarray
     share: float = 0.0
     share_rate: float = 1.0
 
@@ -171,19 +170,16 @@ class EquilibriumProblem:
     @cached_property
     def at_rest(self) -> Linearised:
         """The equations at the unloaded posture without load."""
-        if self.closures is None:
-            return self._plain
-        return self._linearised(self.unloaded, self._no_load, 0.0, 2, self.closures, None)
-
-    @property
-    def _no_load(self) -> LoadCase:
-        nothing = np.zeros(self.size)
-        return LoadCase(nothing, nothing, 0.0, 0.0)
+        return self._plain if self.closures is None else self._unloaded(2, self.closures)
 
     @cached_property
     def _plain(self) -> Linearised:
         """The same, no directions of legs being missing."""
-        return self._linearised(self.unloaded, self._no_load, 0.0, 0, None, None)
+        return self._unloaded(0, None)
+
+    def _unloaded(self, refinements: int, closures: tuple[Closure, ...] | None) -> Linearised:
+        no_load = LoadCase(np.zeros(self.size), share_rate=0.0)
+        return self._linearised(self.unloaded, no_load, 0.0, refinements, closures, None)
 
     @cached_property
     def closures(self) -> tuple[Closure, ...] | None:
@@ -296,13 +292,15 @@ class EquilibriumProblem:
     @cached_property
     def loads_platform_alone(self) -> bool:
         """Whether neither preloads, forces nor springs between bodies act on the legs."""
-        pushed = any(joint.preload for joint in self.legs.joints)
-        return not (self.legs.springs or pushed or any(chain.loads for chain in self.legs.chains))
+        legs, loads = self.legs, any(chain.loads for chain in self.legs.chains)
+        pushed = np.any(legs.arrays.preload) or any(c.drive.preload for c in legs.couplings)
+        return not (legs.springs or pushed or loads)
 
     @property
     def has_laws(self) -> bool:
         """Whether some joint follows a law of its own, which may change with its coordinate."""
-        return any(joint.law is not None for joint in self.legs.joints)
+        legs = self.legs
+        return bool(legs.arrays.laws) or any(c.drive.law is not None for c in legs.couplings)
 
     @property
     def has_corners(self) -> bool:
@@ -354,7 +352,7 @@ class EquilibriumProblem:
         """What acts on the platform, how that grows, and its rate by the twist."""
         rows = list(self.rows)
         share = loading.shares(factor)
-        acting, rate = loading.wrench + factor * loading.wrench_rate, loading.wrench_rate
+        acting, rate = factor * loading.wrench, loading.wrench
         turning = np.zeros((6, 6))
         if self.dead.act:
             total, turning = self.dead.acting(state.R)

@@ -470,9 +470,7 @@ def point_at(found: FoundEquilibrium, least: Margin | None = None) -> CriticalPo
     load = found.known.by_factor
     work = abs(float(load @ twist))
     # rigid parts may carry the load, and leave rounding of it
-    whole = float(
-        np.linalg.norm(np.append(load, found.loading.wrench_rate) / np.tile(problem.scale, 2))
-    )
+    whole = float(np.linalg.norm(np.append(load, found.loading.wrench) / np.tile(problem.scale, 2)))
     is_limit = work > _BRANCHES * whole
     how = "snaps through" if is_limit else "buckles"
     # the beam that bends most between its ends, if most bends so

@@ -13,7 +13,7 @@ from robostiff.frozen import field, frozen
 from robostiff.kept import kept
 from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import cross, twist_transport
-from robostiff.statics.chains.elements import FiniteJoint, Spot
+from robostiff.statics.chains.elements import Spot
 from robostiff.statics.chains.legs import Legs, LegState
 from robostiff.statics.chains.numbers import ComponentBlock, side_by_side
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
@@ -21,6 +21,7 @@ from robostiff.statics.equations.stability import elastic_curvature, held_motion
 
 # Cosine, less than one by this: an elastic part whose own x axis is not along it.
 _ASIDE = 1e-9
+_NOWHERE = np.zeros(3)
 # Of the points from -1 to 1: the squares of cubics are integrated exactly.
 _GAUSS = np.polynomial.legendre.leggauss(4)
 # Of the largest singular value of the masses, whose roots are taken: none.
@@ -59,7 +60,7 @@ class CarriedMass:
     part: PlacedSpring | None = None
     end: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
-    @property
+    @cached_property
     def parts(self) -> int:
         """Number of these elements."""
         return max(len(self.cuts) - 1, 0)
@@ -86,25 +87,30 @@ def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -
     An element of a part is straight between its ends where these are now, and its sections move as
     `motion_of_section` says.
     """
-    n, P = np.array([carried.parts for carried in masses]), legs.robots
-    of_mass = np.repeat(np.arange(P * len(masses)), np.tile(n, P))  # of each element
-    begin, end = (np.concatenate([c.cuts[k : k + c.parts] for c in masses]) for k in (0, 1))
-    begin, end = np.tile(begin, P), np.tile(end, P)
-    near = [Spot(c.spot.chain, c.spot.after - c.parts + k) for c in masses for k in range(c.parts)]
-    ends = [own for spot in near for own in (spot, spot._replace(after=spot.after + 1))]
+    P, counts = legs.robots, [carried.parts for carried in masses]
+    of_mass = np.repeat(np.arange(P * len(masses)), np.tile(counts, P))  # of each element
+    each = [(c, k) for c, n in zip(masses, counts, strict=True) for k in range(n)]
+    begin, end = np.tile([c.cuts[k : k + 2] for c, k in each], (P, 1)).T
+    bodies = ((c.spot.chain, c.spot.after - c.parts + k) for c, k in each)
+    ends = [Spot(chain, after + i) for chain, after in bodies for i in (0, 1)]
     R, t = legs.places_of(state, ends)
     R, t = R.reshape(-1, 2, 3, 3), t.reshape(-1, 2, 3)
-    start = side_by_side(P, [carried.mass.start for carried in masses], 3)[of_mass]
-    x = side_by_side(P, [carried.end for carried in masses], 3)[of_mass] - start
     parts = [cast("PlacedSpring", carried.part) for carried in masses]
-    y = side_by_side(P, [part.rotation[..., 1] for part in parts], 3)[of_mass]
+    starts = side_by_side(P, [carried.mass.start for carried in masses], 3)
+    along = side_by_side(P, [carried.end for carried in masses], 3) - starts
+    axes = side_by_side(P, [part.rotation for part in parts], 3, 3)
+    y = axes[of_mass, :, 1]
+    start, x = starts[of_mass], along[of_mass]
     # ends of all elements, and their axes, as they are now
     steps = np.stack([begin, end], axis=-1)[..., None]
     at = (R @ (start[:, None] + x[:, None] * steps)[..., None])[..., 0] + t
     chord = at[:, 1] - at[:, 0]
-    axes = _axes(chord, (R.sum(axis=1) @ y[..., None])[..., 0])
-    numbers = [x for carried in masses for x in _beam_numbers(carried).swapaxes(0, -2)]
-    shear, radii = np.split(side_by_side(P, numbers, 5), [2], axis=-1)
+    now = _axes(chord, (R.sum(axis=1) @ y[..., None])[..., 0])
+    # of beams along their own x: ``12 E I / (G A)`` in x-y and x-z [m^2], and, of spread mass,
+    # squares of radii of gyration [m^2]
+    is_beam = (axes[..., 0] * along).sum(axis=-1) >= (1 - _ASIDE) * np.linalg.norm(along, axis=-1)
+    numbers = side_by_side(P, [x for carried in masses for x in _beam_numbers(carried)], 5)
+    numbers[~is_beam[of_mass]] = 0.0
     spans, aside = zip(*map(_spread, masses), strict=True)
     spans, aside = side_by_side(P, spans, 2)[of_mass], side_by_side(P, aside, 3)[of_mass]
     aside = (np.swapaxes(_axes(x, y), -1, -2) @ aside[..., None])[..., 0]
@@ -117,40 +123,31 @@ def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -
     s, share = np.where(is_point[:, None], first[:, None], s), np.where(is_point, is_in, share)
     weight = side_by_side(P, [carried.mass.value for carried in masses])[of_mass] * share
     # their velocities by those of both ends, and these by the unknowns
-    length = np.linalg.norm(chord, axis=-1)
-    phi = shear / ((x * x).sum(axis=-1) * (end - begin) ** 2)[:, None]
-    rows = motion_of_section(s, length[:, None], phi[:, None])
+    phi = numbers[:, :2] / ((x * x).sum(axis=-1) * (end - begin) ** 2)[:, None]
+    rows = motion_of_section(s, np.linalg.norm(chord, axis=-1)[:, None], phi[:, None])
     roots = np.sqrt(0.5 * weight[:, None] * _GAUSS[1])
     rows = twist_transport(aside)[:, None] @ rows * roots[..., None, None]
-    rows[..., 3:, :] *= radii[:, None, :, None]
+    rows[..., 3:, :] *= np.sqrt(numbers[:, None, 2:, None])
     rows = np.asarray(np.linalg.qr(rows.reshape(len(rows), -1, 12), mode="r"))
     twists = legs.twists(state, ends, at.reshape(-1, 3)).reshape(len(rows), 12, -1)
-    return (rows.reshape(-1, 48, 3) @ np.swapaxes(axes, -1, -2)).reshape(-1, 12, 12) @ twists
+    return (rows.reshape(-1, 48, 3) @ np.swapaxes(now, -1, -2)).reshape(-1, 12, 12) @ twists
 
 
-def _beam_numbers(carried: CarriedMass) -> np.ndarray:
-    """``12 E I / (G A)`` in x-y and x-z [m^2], and radii of gyration of spread mass [m].
-
-    Of each element (..., n, 5).
-    """
-    part, x = cast("PlacedSpring", carried.part), carried.end - carried.mass.start
-    beams, along = part.elasticity.beams, (part.rotation[..., 0] * x).sum(axis=-1)
-    if not beams or np.any(along < (1 - _ASIDE) * np.linalg.norm(x, axis=-1)):
-        return np.zeros((carried.parts, 5))
-    numbers = []
+def _beam_numbers(carried: CarriedMass) -> list[np.ndarray]:
+    """Those of each element (..., 5)."""
+    beams, spread = cast("PlacedSpring", carried.part).elasticity.beams, carried.mass.span
+    found = [np.zeros(5)] * (not beams)
     for b in beams:
-        of_mass = np.array([b.EIy + b.EIz, b.EIy, b.EIz]) / b.EA * (carried.mass.span is not None)
-        numbers.append([12 * b.EIz * b.shear_y, 12 * b.EIy * b.shear_z, *np.sqrt(of_mass)])
-    found = np.array(numbers)  # (beams, 5, ...)
-    found = found.transpose(*range(2, found.ndim), 0, 1)
-    return found[..., np.arange(carried.parts) * len(beams) // carried.parts, :]
+        of_mass = ((I / b.EA) * (spread is not None) for I in (b.EIy + b.EIz, b.EIy, b.EIz))
+        found.append(np.array([12 * b.EIz * b.shear_y, 12 * b.EIy * b.shear_z, *of_mass]).T)
+    return [found[k * len(found) // carried.parts] for k in range(carried.parts)]
 
 
-def _spread(carried: CarriedMass) -> tuple[np.ndarray, np.ndarray]:
+def _spread(carried: CarriedMass) -> tuple[Any, np.ndarray]:
     """Where along its part a mass begins and ends (..., 2), and how far beside it (..., 3) [m]."""
     mass = carried.mass
     if mass.span is not None:
-        return np.array(mass.span), np.zeros(3)
+        return mass.span, _NOWHERE
     x, aside = carried.end - mass.start, np.asarray(mass.centre, dtype=float) - mass.start
     s = np.clip((aside * x).sum(axis=-1) / (x * x).sum(axis=-1), 0.0, 1.0)[..., None]
     return np.repeat(s, 2, axis=-1), aside - s * x
@@ -307,11 +304,9 @@ def vibrations(
 
 def _by_component(block: ComponentBlock, rows: np.ndarray, chains: np.ndarray) -> np.ndarray:
     """Rows of chains (k, m) by the N components of a block (N, k, m), zero where one has fewer."""
-    own, number = np.nonzero((chains[:, None, None] == block.chains).any(axis=-1))
+    number, own = np.nonzero((block.chains[..., None] == chains).any(axis=1))
     counts = np.bincount(number, minlength=len(block.at))
-    place = np.zeros(len(own), dtype=int)
-    order = np.argsort(number, kind="stable")
-    place[order] = np.arange(len(own)) - np.repeat(np.cumsum(counts) - counts, counts)
+    place = np.arange(len(own)) - np.repeat(np.cumsum(counts) - counts, counts)
     found = np.zeros((len(counts), np.max(counts, initial=0), rows.shape[1]))
     found[number, place] = rows[own]
     return found
@@ -397,20 +392,16 @@ def mass_rows(
         of_parts = np.repeat([carried.spot.chain for carried in along], [c.parts for c in along])
         rows = _rows_of_parts(legs, state.legs, along)
         of_chains.append((np.repeat(first + of_parts, 12), rows.reshape(-1, at.widest)))
-    drives = [
-        (coupling.place[0], coupling.drive.inertia, coupling.terms, coupling.factors)
-        for coupling in legs.couplings
-    ]
-    for c, chain in enumerate(legs.chains):
-        for k, element in enumerate(chain.elements):
-            if isinstance(element, FiniteJoint) and element.inertia:
-                each = (first[:, 0] + c).tolist()
-                drives += [(own, element.inertia, ((own, k),), np.ones(1)) for own in each]
-    for c, inertia, places, factors in drives:
-        row = np.zeros((1, at.widest))
-        for place, factor in zip(places, factors, strict=True):
-            row[0, at.local[at.x[at.places[place]]]] = factor * np.sqrt(float(inertia))
-        of_chains += [([c], row)] if inertia else []
+    inertia, k = legs.arrays.inertia, np.flatnonzero(legs.arrays.inertia)
+    rows = np.zeros((len(k), at.widest))
+    rows[np.arange(len(k)), at.local[at.x[at.of_chains.joint_x[k]]]] = np.sqrt(inertia[k])
+    of_chains.append((at.of_chains.chains[at.of_chains.joint_bodies[k]], rows))
+    for coupling, factors in zip(legs.couplings, legs.sum_rows, strict=True):
+        if coupling.drive.inertia:
+            moved = np.zeros((1, at.widest))
+            (k,) = np.nonzero(factors)
+            moved[0, at.local[k]] = factors[k] * np.sqrt(float(coupling.drive.inertia))
+            of_chains.append((coupling.place[:1], moved))
     values = side_by_side(legs.robots, [mass.value for mass in masses.on_platform])
     centres = side_by_side(legs.robots, [mass.centre for mass in masses.on_platform], 3)
     arms = centres.reshape(legs.robots, -1, 3) - problem.point.reshape(-1, 1, 3)

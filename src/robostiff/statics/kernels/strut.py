@@ -144,7 +144,7 @@ def struts_among(problem: EquilibriumProblem) -> set[int]:
     nothing, length = np.zeros(problem.size), problem.length
     turn, shift = _FAR * random.uniform(-1, 1, (2, 3))
     target = matrix_of_rotation(turn), problem.point + length * shift
-    loading = LoadCase(nothing, nothing, 0.0, 0.0)
+    loading = LoadCase(nothing, share_rate=0.0)
     elsewhere = equilibrium_at(problem, loading, 0.0, problem.unloaded, target)
     found = set()
     for c, (A, *_, B) in points.items():

@@ -176,7 +176,9 @@ class Postures:
         laws = getattr(self.robot, "laws", {})
         if laws:
             check_own_laws(laws, posed)
-        point = point_at(acting.at, posed.reference_point)
+        point = reference = np.asarray(posed.reference_point, dtype=float)
+        if acting.at is not None:
+            point = as_floats("at", acting.at, "three numbers [m]: one point", "m", (3,))
         frames = {**assembly.frames, "platform": frame}
 
         def frame_of(name: str) -> Frame | None:
@@ -187,8 +189,7 @@ class Postures:
             body = bodies.get(name) or bodies.get(name.partition("[")[0].partition(".beam")[0])
             return None if body is None else (one_of(body.R, 2, k), one_of(body.p, 1, k))
 
-        usual = {"platform": np.asarray(posed.reference_point, dtype=float)}
-        usual |= {name: at for name, (_, at) in assembly.names.items()}
+        usual = {"platform": reference} | {name: at for name, (_, at) in assembly.names.items()}
         given = given_forces(acting.loads, pull, posed.space, frame_of)
         forces = {
             name: [x if x.point is not None else replace(x, point=usual.get(name)) for x in several]
@@ -254,11 +255,10 @@ class Postures:
         if robot.laws or robot.springs or np.any(pull) or any(varying):
             return None
         loaded = self.loaded_at(np.array(rows), acting, masses)
-        if loaded.problem.bears_loads:
-            return None
         legs = loaded.problem.legs.of_robots(len(rows))
         at, length = legs.platform_point, float(np.ravel(loaded.problem.length)[0])
-        return replace(loaded.problem, legs=legs, point=at, length=length), loaded.masses
+        problem = replace(loaded.problem, legs=legs, point=at, length=length)
+        return None if problem.bears_loads else (problem, loaded.masses)
 
     @kept
     def _placed(self, masses: bool) -> Snapshot:
@@ -338,13 +338,6 @@ def _(robot: CableRobot, pose: Any, near: Near) -> Postures:
 def as_snapshot(posed: Any) -> Snapshot | None:
     """A robot of legs at a posture; None of a network, and of cables."""
     return posed if isinstance(posed, Snapshot) else None
-
-
-def point_at(at: ArrayLike | None, reference: np.ndarray) -> np.ndarray:
-    """The point of the platform about which wrenches are (3,) [m]."""
-    if at is None:
-        return np.asarray(reference, dtype=float)
-    return as_floats("at", at, "three numbers [m]: one point", "m", (3,))
 
 
 def beside(batch: tuple[int, ...], given: np.ndarray) -> np.ndarray:
