@@ -330,7 +330,8 @@ def record_loading(
     gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
     springs = finder.robot.springs
     weigh = bool(np.any(gravity))
-    here, closure = place_robot(robot, finder, weighs=weigh, all_joints=True)
+    own = weigh or bool(standing.preload)
+    here, closure = place_robot(robot, finder, weighs=own, all_joints=True)
     record, unloaded = here.record, here.recorded
     random, count = np.random.default_rng(7), record.count
     # Some samples are without load: what vanishes there is no pivot.
