@@ -166,7 +166,7 @@ class Recordable(ABC):
 
     @abstractmethod
     def checked(self, pose: Any) -> np.ndarray:
-        """The numbers of poses (N, n), or of one pose (n,)."""
+        """The numbers of poses (N, n), or of one pose (n,); not copied where they are floats."""
 
     @abstractmethod
     def rows(self, pose: Any, given: np.ndarray, values: ParameterValues[Any]) -> InputRows:
@@ -248,7 +248,7 @@ class KernelInputs(Recordable):
             chain = self.subject.legs[0].chain
             order, units, count = chain.coordinate_names, joint_units(chain), self.joints
         check_order(subject, numbers, order)
-        given = as_floats(subject, numbers, expected, units)
+        given = as_floats(subject, numbers, expected, units, copy=False)
         fits = given.ndim in (1, 2) and given.shape[-1] == count
         if not fits or (count == 0 and self._needs_joints):
             got = f"shape {given.shape}"

@@ -401,8 +401,6 @@ def _ways(
         against = end == outer[0] or start == outer[1]
         # joints between two bodies of a leg, from its base on
         inner = start != outer[0] and end != outer[1] and not any(ahead for _, ahead in way)
-        if leading(way) == {False} or ((against or inner) and not leading(way)):
-            turned.append([(k, not forward) for k, forward in reversed(way)])
-        else:
-            turned.append(way)
+        turns = leading(way) == {False} or ((against or inner) and not leading(way))
+        turned.append([(k, not forward) for k, forward in reversed(way)] if turns else way)
     return sorted(turned, key=lambda way: min(k for k, _ in way))
