@@ -345,9 +345,8 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
         matrix_length(np.swapaxes(W_T, 1, 2) @ own.S @ W_T, own.freedoms)[np.any(own.S, (1, 2))]
         for own, W_T in of_elements
     ]
-    longest = max((x for own in lengths for x in own if x < _ENDLESS), default=0.0) * (
-        length or 1.0
-    )
+    each = (x for own in lengths for x in own if x < _ENDLESS)
+    longest = max(each, default=0.0) * (length or 1.0)
     if length <= tolerance.independence * longest:  # all in one point, relative to the springs
         length = longest or 1.0
         groups = _scaled(network, points, length, tolerance)
