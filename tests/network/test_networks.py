@@ -11,7 +11,7 @@ from robostiff.analysis import stiffness
 from robostiff.analysis.verification import matrix_distance
 from robostiff.elasticity import Elasticity, beam_stiffness, elasticity_from_stiffness
 from robostiff.kinematics import with_masses
-from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import (
     JointElement,
     Network,
@@ -321,6 +321,44 @@ def test_a_spring_with_free_and_rigid_directions():
     assert int(result.rank) == int(expected.rank) == 5
     assert matrix_distance(result.K, expected.K, 0.5) < 1e-12
     assert matrix_distance(energy_stiffness(network), expected.K, 0.5) < 1e-10
+
+
+@pytest.mark.parametrize("pitch", [0.0, 0.05])
+@pytest.mark.parametrize("axis", [[0.3, -0.7, 0.5], [0.2, 0.4, 0.5]])
+def test_a_driven_slide_and_a_passive_turn_are_one_joint_or_two(pitch: float, axis: list[float]):
+    """The slide's spring turns by rounding alone, from which no length follows."""
+    foot, near, middle, far, tip, wall = nodes(
+        foot=[0, 0, 0],
+        near=[0.5, 0, 0],
+        middle=[0.5, 0, 0],
+        far=[0.5, 0, 0],
+        tip=[1, 0, 0.3],
+        wall=[0, 1, 0],
+    )
+    bars = [(foot, near), (far, tip), (wall, tip)]
+    beams = tuple(beam_between(*own, STEEL, BAR, name=own[1].name) for own in bars)
+    along = np.array(axis) / np.linalg.norm(axis)
+    slide = PlacedFreedom(along, near.point, None, "slide", rs.Actuated(1e5))
+    across = np.array([0.7, 0.3, 0]) / np.hypot(0.7, 0.3)
+    turn = PlacedFreedom(across, near.point, pitch, "turn", rs.Passive())
+
+    def network(*joints: JointElement) -> Network:
+        names = {joint.b for joint in joints} | {joint.a for joint in joints}
+        every = [
+            node
+            for node in (foot, near, middle, far, tip, wall)
+            if node is not middle or "middle" in names
+        ]
+        return Network("two", tuple(every), ("foot", "wall"), "tip", tip.point, beams, (), joints)
+
+    whole = stiffness(network(JointElement("both", "near", "far", (slide, turn))))
+    apart = (
+        JointElement("one", "near", "middle", (slide,)),
+        JointElement("two", "middle", "far", (turn,)),
+    )
+    series = stiffness(network(*apart))
+    assert whole.status == series.status == Status.OK
+    assert matrix_distance(whole.K, series.K, 1.0) < 1e-12
 
 
 def test_a_tapered_beam_sinks_under_its_weight_as_by_integrals(tmp_path):

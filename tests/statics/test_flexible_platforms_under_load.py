@@ -97,6 +97,22 @@ def test_legs_carry_the_load_of_the_tool_together(star: rs.Robot):
         assert np.allclose(np.array(answer.leg_K)[:, :, i], rate, rtol=0, atol=1e-6 * size)
 
 
+@pytest.mark.parametrize("name", ["h4", "orthoglide"])
+def test_legs_with_one_joint_behind_a_block_carry_what_they_do_without_other_loads(name: str):
+    robot, wrench, s = shipped_on_platform(name, 3), np.array([1, 2, 3, 0.1, 0.2, 0.3]), 1e-4
+    alone, beside = rs.deflection(robot, None, wrench), rs.deflection(robot, None, wrench, loads={})
+    limit = loaded(robot, wrench=s * wrench, beams=rs.Linear())
+    each = zip(alone.leg_wrenches, beside.leg_wrenches, limit.leg_wrenches, strict=True)
+    for own, other, finite in each:
+        assert np.allclose(other, own, rtol=0, atol=1e-9)
+        assert np.allclose(finite[:3] / s, own[:3], rtol=0, atol=1e-4)
+    assert np.allclose(np.sum(limit.leg_K, axis=0), limit.K, atol=1e-9 * np.abs(limit.K).max())
+    carried = {(own.leg, own.joint): own.wrench for own in beside.reactions}
+    for own in alone.reactions:
+        if not own.joint.startswith("rods"):
+            assert np.allclose(carried[own.leg, own.joint], own.wrench, rtol=0, atol=1e-9)
+
+
 def test_weights_springs_modes_and_buckling_go_through_it(star: rs.Robot):
     """A force on a strut, a spring from base to tool; rigid members are a rigid platform."""
     load = {"leg1/tube.beam": [0, 0, -500.0]}
@@ -121,6 +137,8 @@ def test_weights_springs_modes_and_buckling_go_through_it(star: rs.Robot):
     rigid = loaded(replace(snapshot, platform=stiff), wrench=F)
     plain = loaded(replace(snapshot, platform=None), wrench=F)
     assert np.allclose(rigid.K, plain.K, rtol=0, atol=1e-11 * np.abs(plain.K).max())
+    assert np.allclose(rigid.leg_wrenches, plain.leg_wrenches, rtol=0, atol=1e-6)
+    assert np.shape(rigid.leg_K) == (6, 6, 6)
 
 
 def test_loads_and_masses_at_nodes_are_those_of_the_network():

@@ -227,6 +227,22 @@ def test_weights_loads_preloads_and_springs_act_beside_the_wrench(case: str):
         assert np.all(np.abs(bare.displacement - sure.displacement).max(axis=1) > 1e5 * limit)
 
 
+@pytest.mark.parametrize(
+    ("name", "joint"),
+    [("hexapod", "leg1/platform joint[2]"), ("delta", "leg1/rods/bar1/platform joint[1]")],
+)
+def test_a_preload_about_an_axis_of_a_ball_joint_keeps_its_axis(name: str, joint: str):
+    preload = {joint: 20.0}
+    fast = rs.compile_loaded(rs.load(name), preload=preload, backend=rs.Backend.ARRAYS)
+    pose, F = postures(name)[:1], loads(name, 1e-3)[0]
+    found = fast.evaluate(pose, F)
+    alone = equilibrium(rs.load(name), pose[0], F, preload=preload)
+    assert fast.verified
+    assert not found.guarded[0]
+    assert np.allclose(found.displacement[0], alone.displacement, rtol=1e-8, atol=1e-12)
+    assert np.allclose(found.K[0], alone.K, rtol=0, atol=1e-8 * np.abs(alone.K).max())
+
+
 def test_margins_are_those_beside_springs_without_tension():
     # A spring that resists heave without load is turned aside by a push, and does no longer.
     robot = rs.load("gough-stewart-b")

@@ -84,6 +84,30 @@ def test_parts_in_series_are_one_chain_whichever_way_their_joints_lead(name: str
     assert np.allclose(back.K, there.K, rtol=0, atol=1e-12 * np.abs(there.K).max())
 
 
+@pytest.mark.parametrize("ends", [("near", "far"), ("far", "near")])
+def test_a_joint_carries_what_its_second_body_exerts_on_its_first(ends: tuple[str, str]):
+    """As under small loads, whichever way chains pass it; about its axis that is its load."""
+    middle, tip = np.array([0.5, 0, 0]), np.array([1.0, 0, 0.3])
+    nodes = Node("wall", O), Node("near", middle), Node("far", middle), Node("tip", tip)
+    bars = ((nodes[0], nodes[1]), (nodes[2], nodes[3]))
+    steel, bar = rs.material("steel"), circle(0.03)
+    hinge = PlacedFreedom(np.array([0, 1.0, 0]), middle, 0.0, "hinge", Actuated(1e4))
+    network = Network(
+        "two bars",
+        nodes,
+        ("wall",),
+        "tip",
+        tip,
+        beams=tuple(beam_between(*own, steel, bar, name=own[0].name) for own in bars),
+        joints=(JointElement("hinge", *ends, (hinge,)),),
+    )
+    F = np.array([10.0, 20, 30, 1, 2, 3])
+    (small,) = rs.deflection(network, None, F).reactions
+    limit = next(p for p in loaded(network, wrench=1e-4 * F).parts if p.part == "hinge")
+    assert np.allclose(limit.wrench / 1e-4, small.wrench, rtol=0, atol=1e-3)
+    assert np.isclose(limit.wrench[4], limit.load)
+
+
 def test_a_shipped_network_has_its_linear_stiffness_at_rest():
     network = rs.load("double-pantograph")
     K = rs.stiffness(network).K

@@ -62,7 +62,7 @@ class JointReaction:
     leg, joint : str
     wrench : (6,) array
         Force [N] and moment [N m] about the joint's own point that the platform side exerts on the
-        base side, world axes.
+        base side, of a network its second body on its first; world axes.
     point : (3,) array
         The joint's point [m].
     """

@@ -214,7 +214,9 @@ class _Layout(ChainWalk):
         if isinstance(part, PlacedSpring):
             super().place(replace(part, point=point, rotation=body.axes(part.rotation)))
             return
-        axis, x = self.closed.ball_axes.get(self.joints), part.coordinate
+        # any three axes of a ball joint, but where a preload may act about one
+        axis = None if self.way.weighs else self.closed.ball_axes.get(self.joints)
+        x = part.coordinate
         if x is not None:  # the stiffness of the drive depends on it
             names = [own.name for own in self.site.whole.freedoms]
             x = self.coordinate(names.index(part.name))
@@ -306,7 +308,7 @@ def place_leg(
     solver : LegSolver
         Of the same leg in floats, with its closed form and working mode.
     weighs : bool
-        Whether masses of parts are placed.
+        Whether masses of parts are placed, and ball joints turn about axes of their own, not any.
 
     Raises
     ------

@@ -263,6 +263,8 @@ def _in_space(
 
 # A point further from where a body is attached than this many lengths costs digits.
 _FAR = 10.0
+# Of lengths of a network: longer is a spring that slides and turns by rounding alone.
+_ENDLESS = 1e12
 
 
 @frozen
@@ -343,7 +345,8 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
         matrix_length(np.swapaxes(W_T, 1, 2) @ own.S @ W_T, own.freedoms)[np.any(own.S, (1, 2))]
         for own, W_T in of_elements
     ]
-    longest = np.concatenate([[0.0], *lengths]).max() * (length or 1.0)
+    each = (x for own in lengths for x in own if x < _ENDLESS)
+    longest = max(each, default=0.0) * (length or 1.0)
     if length <= tolerance.independence * longest:  # all in one point, relative to the springs
         length = longest or 1.0
         groups = _scaled(network, points, length, tolerance)

@@ -126,7 +126,7 @@ class RobotOnEntries:
         Its symbols, which have nominal values, are inputs as well; the finder is of the same robot
         in numbers. With the closure of a robot by its joints the platform is at its pose, and
         joints that follow from others or from the pose are no inputs. The record has no more than
-        `most` operations. `weighs`: whether masses of the legs are placed.
+        `most` operations. `weighs`: whether masses of the legs are placed, see `place_leg`.
 
         Raises InputError when a leg has no closed form, or home has no room around it, and
         NoAnswerError when the record would be longer.

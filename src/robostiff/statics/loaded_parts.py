@@ -11,6 +11,7 @@ import numpy as np
 
 from robostiff.analysis.deflection_under_load import PartShare, by_share
 from robostiff.frozen import field, frozen, replace
+from robostiff.model import PlacedPlatform
 from robostiff.spatial import cross, skew
 from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Owner, group_of, wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem, State
@@ -31,8 +32,8 @@ class LoadedPart:
     number, of : int
         Which of the elements into which a beam is cut, from 1; 1 of 1 elsewhere.
     wrench : (6,) array
-        Force [N] and moment about `point` [N m] that the platform side exerts on the base side,
-        world axes.
+        Force [N] and moment about `point` [N m] that the platform side exerts on the base side, of
+        a network the second body of the part on its first; world axes.
     point : (3,) array
         Where it has moved: a point of the joint, the far end of an elastic part [m].
     motion : (m,) array
@@ -182,6 +183,8 @@ class CarriedLoads:
                 if np.any(beyond):
                     f = f + forces[beyond].sum(axis=0)
                     m = m + cross(points[beyond] - C, forces[beyond]).sum(axis=0)
+                if isinstance(element, FiniteJoint) and element.is_passed_back:
+                    f, m = -f, -m
                 part = LoadedPart(
                     leg=chain.owner.name,
                     part=element.name,
@@ -215,7 +218,7 @@ class CarriedLoads:
         return tuple(found.values())
 
     def by_leg(
-        self, by_twist: np.ndarray, *, is_flexible: bool
+        self, by_twist: np.ndarray, platform: PlacedPlatform | None
     ) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
         """What the platform exerts on each leg (r,), and its rate (r, r).
 
@@ -225,10 +228,10 @@ class CarriedLoads:
         """
         legs, rows, where = self.problem.legs, list(self.problem.rows), self._where
         moved, names = np.eye(6)[:, rows], self.problem.leg_names  # twist of the platform
-        own = max(names) if is_flexible else None
-        parts = [chain for chain in legs.chains if chain.owner.leg == own]
+        own = len(platform.holds) if platform else max(names, default=0) + 1  # behind the legs
+        parts = [chain for chain in legs.chains if chain.owner.leg >= own]
         nodes = {None, *(body for part in parts for body in (part.start, part.end))}
-        W = {leg: np.zeros(6) for leg in names if leg != own}
+        W = {leg: np.zeros(6) for leg in names if leg < own}
         K = {leg: np.zeros((6, len(rows))) for leg in W}
         for c, chain in enumerate(legs.chains):
             if chain.owner.leg not in W or chain.end not in nodes:

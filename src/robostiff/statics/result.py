@@ -424,8 +424,7 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         return known
 
     def _by_leg(self, known: Linearised) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
-        is_flexible = self.snapshot is not None and self.snapshot.platform is not None
-        return self._carried.by_leg(known.by_twist, is_flexible=is_flexible)
+        return self._carried.by_leg(known.by_twist, self.snapshot and self.snapshot.platform)
 
     def _require(self) -> FoundEquilibrium:
         found = self.found

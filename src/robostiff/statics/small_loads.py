@@ -192,7 +192,7 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     parts, rates = loaded.parts(), known.equations.r_factor
     on_platform, _ = problem.dead.acting(np.eye(3))  # the wrench left out
     # nodes of a flexible platform are where they are without load
-    wrenches, _ = loaded.by_leg(known.by_twist, is_flexible=placed.platform is not None)
+    wrenches, _ = loaded.by_leg(known.by_twist, placed.platform)
     joints = [(part, part.load) for part in parts if part.load is not None]
     freedoms = ((leg.name, joint) for leg in placed.legs for joint in leg.freedoms)
     driven = {(leg, joint.name) for leg, joint in freedoms if isinstance(joint.role, Actuated)}

@@ -56,6 +56,7 @@ class FiniteJoint:
     preload: Any = 0.0  # f, with which its drive pushes at q = 0 [N or N m]
     law: Law | None = None  # in place of k q, with k its tangent at rest
     inertia: float = 0.0  # of its drive in motion by q [kg or kg m^2]
+    is_passed_back: bool = False  # by its chain, from its second body to its first
 
     size = 1
 

@@ -178,8 +178,8 @@ class _Chains:
             counts = [len(elements)]
             for part in parts if forward else parts[::-1]:
                 if isinstance(part, PlacedFreedom):
-                    joint = part if forward else replace(part, axis=-part.axis)
-                    elements.append(self.make.joint(joint))
+                    joint = self.make.joint(part if forward else replace(part, axis=-part.axis))
+                    elements.append(replace(joint, is_passed_back=not forward))
                 else:
                     elements += self.make.spring(part, name)
                 counts.append(len(elements))
@@ -397,9 +397,10 @@ def _ways(
     turned = []
     for way in found:
         (first, ahead), (last, forward) = way[0], way[-1]
-        against = pairs[first][not ahead] == outer[1] or pairs[last][forward] == outer[0]
-        if leading(way) == {False} or (against and not leading(way)):
-            turned.append([(k, not forward) for k, forward in reversed(way)])
-        else:
-            turned.append(way)
+        start, end = pairs[first][not ahead], pairs[last][forward]
+        against = end == outer[0] or start == outer[1]
+        # joints between two bodies of a leg, from its base on
+        inner = start != outer[0] and end != outer[1] and not any(ahead for _, ahead in way)
+        turns = leading(way) == {False} or ((against or inner) and not leading(way))
+        turned.append([(k, not forward) for k, forward in reversed(way)] if turns else way)
     return sorted(turned, key=lambda way: min(k for k, _ in way))
