@@ -357,7 +357,7 @@ def test_a_driven_slide_and_a_passive_turn_are_one_joint_or_two(pitch: float, ax
         JointElement("two", "middle", "far", (turn,)),
     )
     series = stiffness(network(*apart))
-    assert whole.status == series.status == Status.OK
+    assert whole.status == series.status == rs.Status.OK
     assert matrix_distance(whole.K, series.K, 1.0) < 1e-12
 
 

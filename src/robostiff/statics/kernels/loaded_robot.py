@@ -342,8 +342,8 @@ def record_loading(
     """
     gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
     weighs = bool(np.any(gravity))
-    own = weighs or bool(standing.preload)
-    here, closure = place_robot(robot, finder, weighs=own, all_joints=True)
+    on_legs = weighs or bool(standing.preload)
+    here, closure = place_robot(robot, finder, weighs=on_legs, all_joints=True)
     record, unloaded, L = here.record, here.recorded, finder.length
     random = np.random.default_rng(7)
     # Some samples are without load: what vanishes there is no pivot.
