@@ -56,7 +56,7 @@ _OFFERED = {
 
 
 @cache
-def added(group: str) -> Mapping[str, EntryPoint]:
+def entry_points_of(group: str) -> Mapping[str, EntryPoint]:
     """Entry points of a group by their names; none of them is loaded."""
     from importlib.metadata import entry_points
 
@@ -65,10 +65,10 @@ def added(group: str) -> Mapping[str, EntryPoint]:
 
 def is_offered(group: str, name: str) -> bool:
     """Whether a name is one of an entry point, or of an extra that is not installed."""
-    return name in _OFFERED[group] or name in added(group)
+    return name in _OFFERED[group] or name in entry_points_of(group)
 
 
-def loaded(group: str, name: str) -> Any:
+def load_extra(group: str, name: str) -> Any:
     """The object of an entry point.
 
     Raises
@@ -76,8 +76,8 @@ def loaded(group: str, name: str) -> Any:
     InputError
         When its distribution is not installed, with what to install.
     """
-    if name in added(group):
-        return added(group)[name].load()
+    if name in entry_points_of(group):
+        return entry_points_of(group)[name].load()
     what, distribution = _OFFERED[group][name]
     raise InputError(
         f"{what} need {distribution!r}, which is not installed",

@@ -34,7 +34,7 @@ def recorded_at_once(monkeypatch):
 def asked_of_direct_form(monkeypatch) -> list[int]:
     """How many poses the direct form was asked for, call by call."""
     counts = []
-    solve = questions.PosesOfRobot.solved
+    solve = questions.PosesOfRobot.direct_answer
 
     def counted(self: Any, rows: np.ndarray) -> Any:
         counts.append(rows.size)

@@ -26,9 +26,9 @@ def entry_points(*, group: str) -> list[EntryPoint]:
 def _one_extra(monkeypatch):
     """This extra is installed, and no other."""
     monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
-    extras.added.cache_clear()
+    extras.entry_points_of.cache_clear()
     yield
-    extras.added.cache_clear()
+    extras.entry_points_of.cache_clear()
 
 
 def ran(*words: str) -> tuple[int, str]:

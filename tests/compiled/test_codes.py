@@ -73,7 +73,7 @@ def evaluated(code: ArrayCode | MachineCode, inputs: np.ndarray) -> np.ndarray:
 
 
 def plainly(program: Program, inputs: np.ndarray) -> np.ndarray:
-    rows = program.evaluated(dict(zip(program.inputs, inputs, strict=True)))
+    rows = program.evaluate(dict(zip(program.inputs, inputs, strict=True)))
     return np.array([np.broadcast_to(row, inputs.shape[1]) for row in rows], dtype=float)
 
 

@@ -148,7 +148,7 @@ def test_a_long_program_is_the_same_in_parts(width: int, part: int | None, count
     assert processor is not None
     function = VectorFunction.of(program, replace(processor, width=width, part=part))
     function.fill(inputs, out, slice(0, count))
-    expected = program.evaluated({"x": inputs[0], "y": inputs[1]})
+    expected = program.evaluate({"x": inputs[0], "y": inputs[1]})
     for row, values in zip(out, expected, strict=True):
         np.testing.assert_allclose(row, np.broadcast_to(values, count), rtol=1e-12, atol=1e-12)
 

@@ -25,7 +25,7 @@ def compiled(name: str) -> rs.CompiledStiffness:
 
 def inputs_near(fast: rs.CompiledStiffness, count: int) -> np.ndarray:
     """Inputs of the kernel at poses near home, some of them far away."""
-    given, _ = fast.taken.drawn(1, 0)
+    given, _ = fast.taken.samples(1, 0)
     start: Any = given.values if isinstance(given, rs.JointCoordinates) else given
     random = np.random.default_rng(2)
     rows = start[np.arange(count) % len(start)] + random.uniform(

@@ -37,7 +37,7 @@ class Work:
         return ()
 
     def recorded(self, robot: Any) -> list[Any]:
-        moved = rs.DeflectionUnder(self.wrench).recorded(robot)
+        moved = rs.DeflectionUnder(self.wrench).entries(robot)
         return [sum(F * t for F, t in zip(self.wrench, moved, strict=True))]
 
 

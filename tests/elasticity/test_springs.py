@@ -15,7 +15,7 @@ from robostiff.elasticity import (
     beam_compliance,
     elasticity_from_compliance,
     elasticity_from_stiffness,
-    moved,
+    in_element_axes,
     tapered_compliance,
     uniform_beam,
 )
@@ -133,7 +133,7 @@ def test_moved_by_rigid_body_kinematics(seed, rank):
     rng = np.random.default_rng(seed)
     spring = elasticity_from_stiffness(random_stiffness(rng, rank))
     R, v = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
-    new = moved(spring, R, v)
+    new = in_element_axes(spring, R, v)
     for old, there in zip(spring.freedoms.T, new.freedoms.T, strict=True):
         np.testing.assert_allclose(there, displaced(old, R, v), atol=1e-13)
     # A wrench at P, in the axes of the element, and the same at E in the axes of the spring.
@@ -146,8 +146,8 @@ def test_moved_by_rigid_body_kinematics(seed, rank):
 
 def test_moved_batches():
     C = beam_compliance(np.array([0.5, 0.7]), rs.material("steel"), rs.rectangle(0.02, 0.05))
-    far = moved(rs.Elasticity(C), np.eye(3), [0, 0, 1]).compliance
-    single = moved(rs.Elasticity(C[1]), np.eye(3), [0, 0, 1]).compliance
+    far = in_element_axes(rs.Elasticity(C), np.eye(3), [0, 0, 1]).compliance
+    single = in_element_axes(rs.Elasticity(C[1]), np.eye(3), [0, 0, 1]).compliance
     np.testing.assert_allclose(far[1], single, rtol=1e-14, atol=0)
 
 
@@ -257,7 +257,7 @@ def test_spring_is_moved_exactly():
     a = sp.Symbol("a", real=True)
     turn = [[sp.cos(a), -sp.sin(a), 0], [sp.sin(a), sp.cos(a), 0], [0, 0, 1]]
     hinge = elasticity_from_compliance(sp.diag(0, 0, 0, 0, 0, 1 / c))
-    found = moved(hinge, turn, [L, 0, 0])
+    found = in_element_axes(hinge, turn, [L, 0, 0])
     assert found.compliance[1, 1] == L**2 / c
     assert found.compliance[1, 5] == L / c
 

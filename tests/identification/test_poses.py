@@ -49,7 +49,7 @@ def information(hexapod, candidates):
     able = np.asarray(candidates)[reached.reached & reached.within_limits]
     found = rs.identify(robot, _read(robot, able), ["leg*/strut"])
     x = found.fit.x
-    J = found.model.predicted(x)[1] / SIGMA
+    J = found.model.prediction(x)[1] / SIGMA
     J[:, :6] *= x[:6]
     return np.array([own.T @ own for own in np.split(J, len(able))])
 

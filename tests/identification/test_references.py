@@ -117,7 +117,7 @@ def test_displacements_are_those_of_the_compliance_matrix():
     robot = machine("hexapod")
     found = rs.identify(robot, hexapod_campaign(), ["leg*/strut"], frames=hexapod_frames())
     c = found.fit.start
-    y, J = found.model.predicted(c)
+    y, J = found.model.prediction(c)
     np.testing.assert_allclose(J @ c, y, atol=1e-12 * np.abs(y).max())
     marks = np.array(case("hexapod")["marks_platform"])
     poses, wrenches = column("hexapod", "poses"), column("hexapod", "wrenches")
@@ -128,7 +128,7 @@ def test_displacements_are_those_of_the_compliance_matrix():
         np.testing.assert_allclose(y.reshape(-1, 3, 3)[k], moved, atol=1e-12 * np.abs(t).max())
     step = 1e-4 * c[2]
     shift = np.eye(6)[2] * step
-    by_differences = (found.model.predicted(c + shift)[0] - y) / step
+    by_differences = (found.model.prediction(c + shift)[0] - y) / step
     np.testing.assert_allclose(J[:, 2], by_differences, atol=1e-8 * np.abs(J[:, 2]).max())
 
 

@@ -122,7 +122,7 @@ def test_other_distributions_are_documented_and_found_by_entry_points(name: str)
     for group, found in groups.items():
         for own in found:
             assert extras.is_offered(group, own)  # what to install is said where it is missing
-            assert extras.loaded(group, own) is not None
+            assert extras.load_extra(group, own) is not None
     assert (ROOT / "extras" / name / "LICENSE").read_text() == (ROOT / "LICENSE").read_text()
 
 

@@ -45,7 +45,7 @@ def arrivals(closure: RecordedClosure, poses: np.ndarray) -> tuple[np.ndarray, n
     joints = Program.of(record, [record.input(x) for x in closure.joints])
     program = closure.composed(closure.arrived(joints))
     with np.errstate(all="ignore"):
-        found = program.evaluated(dict(zip(closure.inputs, poses.T, strict=True)))
+        found = program.evaluate(dict(zip(closure.inputs, poses.T, strict=True)))
     *q, gap, mode = (np.broadcast_to(x, len(poses)) for x in found)
     return np.stack(q, axis=-1), (gap < CLOSED) & (mode > 0)
 
@@ -146,10 +146,10 @@ def test_half_a_turn_is_not_closed():
     pose = FormulaPose.of_coordinates(np.array([0, 0, 0, *r], dtype=object))
     step = newton_step([LegAtGuess(leg, ["q"], q)], pose, r, {}, 1.0)
     program = Program.of(record, [step.size, step.gap])
-    size, gap = program.evaluated({"q": 0.0, "rz": np.pi})
+    size, gap = program.evaluate({"q": 0.0, "rz": np.pi})
     assert size < 1e-30
     assert gap == pytest.approx(8.0)
-    assert program.evaluated({"q": 0.4, "rz": 0.4})[1] < 1e-30
+    assert program.evaluate({"q": 0.4, "rz": 0.4})[1] < 1e-30
 
 
 def limited_arm() -> rs.Robot:

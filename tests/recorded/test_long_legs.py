@@ -106,7 +106,7 @@ def test_recorded_once_for_many_matrices():
     record = Record({name: A[:4, i, j].tolist() for (i, j), name in names.items()})
     entries = [[record.input(names[min(i, j), max(i, j)]) for j in range(3)] for i in range(3)]
     program = Program.of(record, eigenvalues(entries))
-    found = np.array(program.evaluated({name: A[:, i, j] for (i, j), name in names.items()}))
+    found = np.array(program.evaluate({name: A[:, i, j] for (i, j), name in names.items()}))
     expected = np.linalg.eigvalsh(A).T
     assert np.abs(found - expected).max() <= 1e-14 * np.abs(A).max() * 3
 
@@ -119,7 +119,7 @@ def test_diagonal_entries_that_change_their_order(rows: int):
     record = Record({name: A[:4, i].tolist() for i, name in enumerate(names)})
     entries = [[record.input(names[i]) if i == j else 0 for j in range(rows)] for i in range(rows)]
     program = Program.of(record, eigenvalues(entries))
-    found = np.array(program.evaluated({name: A[:, i] for i, name in enumerate(names)}))
+    found = np.array(program.evaluate({name: A[:, i] for i, name in enumerate(names)}))
     assert np.allclose(found, np.sort(A, axis=1).T, rtol=0, atol=1e-13)
 
 

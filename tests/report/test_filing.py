@@ -27,7 +27,7 @@ from robostiff.report import (
 )
 from robostiff.report.figures import figures_in
 from robostiff.report.results import map_section
-from robostiff.report.write import packed
+from robostiff.report.write import pack
 from robostiff.robots import robot_file
 from tests.project.shown_output import ROOT
 
@@ -162,8 +162,8 @@ def test_figures_come_out_of_the_page_as_they_went_in(html):
 def test_packed_text_cannot_end_its_element():
     # so many bytes that every sign occurs
     text = "".join(chr(33 + (i * i) % 9001) for i in range(30000))
-    assert "<" not in packed(text)
-    assert unpacked(packed(text)) == text
+    assert "<" not in pack(text)
+    assert unpacked(pack(text)) == text
     plain = base64.b85encode(gzip.compress(text.encode(), 9, mtime=0))
     assert b"<" in plain
 

@@ -11,7 +11,7 @@ from robostiff.statics.loading.loaded_posture import postures_of
 
 def mass_matrix(robot: rs.Robot, pose: rs.JointCoordinates) -> np.ndarray:
     """Of a serial arm whose joints all have a stiffness and whose links are rigid (m, m)."""
-    loaded = postures_of(robot, pose, None).loaded(0, Acting(beams=rs.Linear()), masses={})
+    loaded = postures_of(robot, pose, None).with_loads(0, Acting(beams=rs.Linear()), masses={})
     problem, state = loaded.problem, loaded.problem.unloaded
     of_legs, _, of_twist = mass_rows(problem, loaded.masses, state)
     # the platform moves with the body behind the last joint, so that the chain stays closed

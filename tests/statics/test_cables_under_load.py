@@ -220,7 +220,7 @@ def test_batches_say_where_there_are_no_tensions():
 def test_a_load_that_is_not_carried_is_refused_in_few_solves(monkeypatch: pytest.MonkeyPatch):
     """By its path alone; the cable that becomes slack before is met on it."""
     robot, solves = rs.load("cable-8-suspended"), 0
-    real = EquilibriumProblem.linearised
+    real = EquilibriumProblem.linear_equations
 
     def counted(*given: Any) -> Any:
         nonlocal solves

@@ -121,7 +121,7 @@ def test_a_leg_is_a_strut_where_it_carries_what_a_spring_between_two_points_does
     moved = replace(joint, point=joint.point + aside * across / np.linalg.norm(across))
     leg = replace(leg, elements=(*leg.elements[:-1], moved))
     robot = replace(robot, legs=(*robot.legs[:2], leg, *robot.legs[3:]))
-    found = struts_among(postures_of(robot, None, None).loaded(0, Acting()).problem)
+    found = struts_among(postures_of(robot, None, None).with_loads(0, Acting()).problem)
     assert found == ({0, 1, 2, 3, 4, 5} if aside == 0 else {0, 1, 3, 4, 5})
 
 

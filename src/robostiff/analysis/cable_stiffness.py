@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from robostiff.analysis.cable_tensions import CableAnswer, cable_tensions
 from robostiff.analysis.free_motion import FreeMotion, free_motions_in_words
 from robostiff.analysis.questions import Question, question_of
-from robostiff.analysis.result import points_given
+from robostiff.analysis.result import given_points
 from robostiff.cables import (
     TensionRule,
     axial_stiffness,
@@ -153,7 +153,7 @@ class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
         """
         if point is None:
             return self
-        placed = self.placed.about(points_given(point, self.batch_shape))
+        placed = self.placed.about(given_points(point, self.batch_shape))
         v = placed.reference_point - self.reference_point
         wrench = move_wrench(self.wrench, v[..., : self.space.translations])
         return replace(self, placed=placed, wrench=wrench)
@@ -247,7 +247,7 @@ def cable_stiffness(
         rank=np.full(chosen.batch_shape, -1),
         tolerance=tolerance,
     )
-    return judged(result).about(at)
+    return with_status(result).about(at)
 
 
 @question_of.register
@@ -262,7 +262,7 @@ def _(machine: CableRobot, pose: Any, method: Form, near: Near, tolerance: Toler
     )
 
 
-def judged(result: CableStiffness) -> CableStiffness:
+def with_status(result: CableStiffness) -> CableStiffness:
     """The same answer with rank and status of every pose."""
     n, batch, tolerance = result.space.size, result.batch_shape, result.tolerance
     status = result.status_codes.copy()

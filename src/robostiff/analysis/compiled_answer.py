@@ -100,7 +100,7 @@ class RecordedRanks:
         kernel = Kernel(record.inputs, (), (), recorded.space, code)
         return cls(kernel, counts, recorded.space, recorded.length)
 
-    def decided(self, inputs: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def at(self, inputs: np.ndarray, K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Ranks (N,), and where they are beyond doubt (N,).
 
         By inputs of the kernels (inputs, N), and K at each pose (N, n, n).
@@ -142,7 +142,7 @@ class AtGeneralPoses:
     ranks: RecordedRanks | None = field(default=None, kw_only=True)
 
 
-def decided(
+def answer_of_results(
     kernel: Kernel,
     results: Rows,
     values: Mapping[str, np.ndarray],
@@ -171,7 +171,7 @@ def decided(
         guarded[where] = True
         if general.ranks is not None and len(where):
             K = values[StiffnessMatrix.name][where]
-            rank[where], clear = general.ranks.decided(given.rows[:, where], K)
+            rank[where], clear = general.ranks.at(given.rows[:, where], K)
             guarded[where] = ~clear
             free = np.uint16(Status.FREE_MOTIONS)
             status[where] = (status[where] & ~free) | (rank[where] < kernel.space.size) * free
@@ -198,7 +198,7 @@ def closes(kernel: Kernel, results: Any) -> Any:
     return (results[-2] < CLOSED) & (results[-1] > 0)
 
 
-def attempted(
+def answer_of_kernel(
     kernel: Kernel,
     inputs: InputRows,
     general: AtGeneralPoses,
@@ -211,14 +211,14 @@ def attempted(
     """
     rows, values = _places(kernel, room_for(kernel.rows, len(inputs.missed)), out)
     kernel.evaluate(inputs.rows, rows, threads=threads)
-    found = decided(kernel, rows, values, inputs, general)
+    found = answer_of_results(kernel, rows, values, inputs, general)
     for name, own in out.items():
         if values[name] is not own:
             own[...] = values[name]
     return replace(found, values={**values, **out})
 
 
-def decided_chunks(
+def answers_in_chunks(
     kernel: Kernel, inputs: InputRows, general: AtGeneralPoses, out: Mapping[str, np.ndarray]
 ) -> Iterator[tuple[slice, CompiledAnswer]]:
     """Which poses, and what a kernel answers there, chunk by chunk in the same memory.
@@ -231,7 +231,7 @@ def decided_chunks(
         here = {name: own[where] for name, own in out.items()}
         rows, values = _places(kernel, room[:, : where.stop - where.start], here)
         kernel.evaluate(given.rows, rows)
-        yield where, decided(kernel, rows, values, given, general)
+        yield where, answer_of_results(kernel, rows, values, given, general)
 
 
 def _places(

@@ -13,9 +13,9 @@ from robostiff.analysis.compiled_answer import (
     AtGeneralPoses,
     CompiledAnswer,
     InputRows,
-    attempted,
+    answer_of_kernel,
     closes,
-    decided_chunks,
+    answers_in_chunks,
 )
 from robostiff.analysis.kernel_inputs import (
     ParameterValues,
@@ -24,7 +24,7 @@ from robostiff.analysis.kernel_inputs import (
     checked_outputs,
     recordable,
 )
-from robostiff.analysis.questions import Question, dispatched
+from robostiff.analysis.questions import Question, function_for
 from robostiff.analysis.record_file import RecordFile
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
@@ -186,7 +186,7 @@ class CompiledStiffness(AtGeneralPoses):
         InputError
             When the poses or the parameters do not fit the robot, or an array the output.
         """
-        kernel, inputs, values, question, is_one = self._asked(pose, parameters)
+        kernel, inputs, values, question, is_one = self._request(pose, parameters)
         if is_one:
             out = {name: np.asarray(array)[None] for name, array in out.items()}
         shapes = {own.name: own.shape(kernel.space) for own in kernel.outputs}
@@ -195,7 +195,7 @@ class CompiledStiffness(AtGeneralPoses):
             if name not in shapes or array.shape != shape or array.dtype.kind != "f":
                 expected = f"floats {shape}" if name in shapes else ", ".join(shapes)
                 raise InputError(f"array for {name!r}", got=array.shape, expected=expected)
-        answer = attempted(kernel, inputs, self, threads, out)
+        answer = answer_of_kernel(kernel, inputs, self, threads, out)
         for subject, rows in values.groups(answer.guarded & again):
             try:
                 result = Stiffness.of(question(subject, rows))
@@ -233,8 +233,8 @@ class CompiledStiffness(AtGeneralPoses):
 
         Raises InputError when the poses do not fit the robot.
         """
-        kernel, inputs, *_ = self._asked(pose, None)
-        yield from decided_chunks(kernel, inputs, self, out)
+        kernel, inputs, *_ = self._request(pose, None)
+        yield from answers_in_chunks(kernel, inputs, self, out)
 
     def source(self, language: SourceLanguage, name: str = "stiffness") -> str:
         """The kernel as a function of C99 or CUDA, which needs nothing of this package.
@@ -264,7 +264,7 @@ class CompiledStiffness(AtGeneralPoses):
         ]
         return source_of(self.kernel, language, name, about)
 
-    def _asked(
+    def _request(
         self, pose: Any, parameters: Mapping[str, ArrayLike] | np.ndarray | None
     ) -> tuple[Kernel, InputRows, ParameterValues[Any], Callable[..., Question], bool]:
         """The kernel for such poses, its inputs, values of parameters, and the direct question.
@@ -290,7 +290,7 @@ class CompiledStiffness(AtGeneralPoses):
                             expected="JointCoordinates, which stay while the parameter changes",
                         )
                     rate = rate.of
-        numbers = taken.checked(pose)
+        numbers = taken.numbers_of(pose)
         given = np.atleast_2d(numbers)
         values: ParameterValues[Any] = ParameterValues.of(self.subject, parameters, len(given))
 
@@ -386,7 +386,7 @@ def compile_stiffness(
     >>> answer.values["principal_stiffness"].shape
     (1000, 6)
     """
-    record = dispatched(recordable, robot)
+    record = function_for(recordable, robot)
     return CompiledStiffness.of(
         record(robot, parameters, joints), checked_outputs(outputs), backend
     )

@@ -151,7 +151,7 @@ class Deflection(StatusOfPoses, InNotebooks):
         return self.of_loads or loaded_elements(self.stiffness, self.wrench)
 
     @cached_property
-    def _found(self) -> tuple[np.ndarray, np.ndarray]:
+    def _solution(self) -> tuple[np.ndarray, np.ndarray]:
         """Status (...) and twists about the reference point (..., n)."""
         C, known = self.stiffness.inverted
         codes = np.array(self.stiffness.status_codes)
@@ -176,12 +176,12 @@ class Deflection(StatusOfPoses, InNotebooks):
 
         The latter where a load would drive a free motion.
         """
-        return self._found[0]
+        return self._solution[0]
 
     @property
     def answered(self) -> np.ndarray:
         """Which poses have a deflection (...)."""
-        return ~np.isnan(self._found[1][..., 0])
+        return ~np.isnan(self._solution[1][..., 0])
 
     @property
     def has_answer(self) -> bool:
@@ -200,13 +200,13 @@ class Deflection(StatusOfPoses, InNotebooks):
             When there is none at a single pose; the message says why.
         """
         if self.batch_shape:
-            return self._masked(self._found[1])
+            return self._where_known(self._solution[1])
         if not self.has_answer:
             raise NoAnswerError(
                 f"no deflection of {self.stiffness.name!r} ({self.status}): "
                 + "; ".join(self.advice)
             )
-        return self._found[1]
+        return self._solution[1]
 
     @property
     def energy(self) -> Any:
@@ -237,7 +237,7 @@ class Deflection(StatusOfPoses, InNotebooks):
         """
         if self.batch_shape:
             wrenches = _loads(self.stiffness, self.wrench).wrenches
-            return tuple(map(self._masked, wrenches))
+            return tuple(map(self._where_known, wrenches))
         return self.elements.leg_wrenches
 
     @property
@@ -256,7 +256,7 @@ class Deflection(StatusOfPoses, InNotebooks):
         extra = Status(self.status & ~self.stiffness.status)
         return (*self.stiffness.advice, *extra.advice)
 
-    def _masked(self, values: np.ndarray) -> np.ma.MaskedArray:
+    def _where_known(self, values: np.ndarray) -> np.ma.MaskedArray:
         mask = np.broadcast_to(~self.answered[..., None], values.shape)
         return np.ma.MaskedArray(values, mask)
 
@@ -293,7 +293,7 @@ def loaded_elements(
     """
     if Status.UNREACHABLE in answer.status:
         return LoadedElements(answer.status)
-    if not loads_known(answer):
+    if not where_loads_are_known(answer):
         few = Status.ILL_CONDITIONED if answer.status.has_stiffness else Status.OK
         return LoadedElements(answer.status | few)
     placed: Any = answer.placed()
@@ -402,7 +402,7 @@ def leg_loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads:
     every = whole.wrenches
     s = scaling(whole.length, whole.space)
     F = (wrench / s)[..., None]
-    found = whole.shared
+    found = whole.load_sharing
     sizes = found.shares @ F, found.rigid_shares @ F
     (among,) = ConjugateWrenches.carried([every], *sizes)
     if whole.shares is None:
@@ -430,7 +430,7 @@ def leg_loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads:
     )
 
 
-def loads_known(answer: Stiffness) -> np.ndarray:
+def where_loads_are_known(answer: Stiffness) -> np.ndarray:
     """Where `leg_loads` has an answer (...)."""
     return (answer.rank >= 0) & (answer.details().wrenches.count >= answer.rank)
 
@@ -440,7 +440,7 @@ def _loads(answer: Stiffness, wrench: np.ndarray) -> LegLoads:
     F = move_wrench(wrench, -answer.offset)
     codes, twist = np.array(answer.status_codes), np.full(wrench.shape, np.nan)
     of_legs = tuple(np.full(wrench.shape, np.nan) for _ in answer.details().legs)
-    known = loads_known(answer)
+    known = where_loads_are_known(answer)
     if known.any():
         loads = leg_loads(answer[known], F[known])
         codes[known] |= loads.status_codes

@@ -165,7 +165,7 @@ class Recordable(ABC):
         return pose
 
     @abstractmethod
-    def checked(self, pose: Any) -> np.ndarray:
+    def numbers_of(self, pose: Any) -> np.ndarray:
         """The numbers of poses (N, n), or of one pose (n,); not copied where they are floats."""
 
     @abstractmethod
@@ -179,7 +179,7 @@ class Recordable(ABC):
         """What is asked of a machine of numbers at some coordinates of the kind of `pose`."""
 
     @abstractmethod
-    def drawn(self, seed: int, nearer: int) -> tuple[Any, dict[str, np.ndarray]]:
+    def samples(self, seed: int, nearer: int) -> tuple[Any, dict[str, np.ndarray]]:
         """A few poses near home, and values of the parameters there by name (N,).
 
         Those of the record for seed 0; each whole number of `nearer` takes a fifth of the way.
@@ -212,7 +212,7 @@ class KernelInputs(Recordable):
         some = JointCoordinates(given) if isinstance(pose, JointCoordinates) else given
         return PosesOfRobot(machine, some, tolerance=tolerance)
 
-    def drawn(self, seed: int, nearer: int) -> tuple[Pose, dict[str, np.ndarray]]:
+    def samples(self, seed: int, nearer: int) -> tuple[Pose, dict[str, np.ndarray]]:
         """Poses of the platform, or the joint coordinates of an arm."""
         from robostiff.recorded import parameter_samples, sample_postures
 
@@ -222,7 +222,7 @@ class KernelInputs(Recordable):
             return JointCoordinates(posture.coordinates[0]), samples
         return posture.pose[:, self.subject.coordinate_places], samples
 
-    def checked(self, pose: Pose) -> np.ndarray:
+    def numbers_of(self, pose: Pose) -> np.ndarray:
         """The numbers of poses (N, n), or of one pose (n,)."""
         subject = f"poses of {self.subject.name!r}"
         # A chain without joints has no coordinates, (N, 0).

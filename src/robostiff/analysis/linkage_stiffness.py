@@ -108,7 +108,7 @@ class ConfigurationsOfLinkage(Question):
     def _at(self, rows: np.ndarray) -> list[Configuration]:
         return self.driven.at(self.numbers[rows.reshape(-1)])
 
-    def solved(self, rows: np.ndarray) -> Details:
+    def direct_answer(self, rows: np.ndarray) -> Details:
         """What series paths between the bodies give at N of the configurations.
 
         Where the loops do not close, or close in another assembly mode only, the status says that
@@ -206,7 +206,7 @@ class LinkageInputs(Recordable):
         """The part between base and platform; its symbols are the parameters."""
         return self.driven.part
 
-    def checked(self, pose: DriveValues) -> np.ndarray:
+    def numbers_of(self, pose: DriveValues) -> np.ndarray:
         """Coordinates of the drives (N, n), or of one pose (n,)."""
         driven, rows = self.driven, self.driven.rows(pose)
         if rows.ndim == 3 and rows.shape[1] == 1:  # a column (N, 1) of a joint with one coordinate
@@ -234,7 +234,7 @@ class LinkageInputs(Recordable):
         del pose
         return ConfigurationsOfLinkage(replace(self.driven, part=machine), given, tolerance)
 
-    def drawn(self, seed: int, nearer: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    def samples(self, seed: int, nearer: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Configurations near home.
 
         Loops are closed at home once for all configurations, which share the parameters.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, cast, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.questions import PosesOfRobot, Question, dispatched, question_of
+from robostiff.analysis.questions import PosesOfRobot, Question, function_for, question_of
 from robostiff.analysis.result import Stiffness, given_wrenches
 from robostiff.analysis.snapshot_stiffness import DEFAULT_METHOD
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Form, Tolerance
@@ -91,7 +91,7 @@ def record_of(machine: Any) -> KeptRecord:
         from robostiff.analysis.kernel_inputs import recordable
         from robostiff.compiled import Backend
 
-        taken = dispatched(recordable, machine)(machine, (), None)
+        taken = function_for(recordable, machine)(machine, (), None)
         most = _MOST_OPERATIONS if pays else 0
         found = CompiledStiffness.of(taken, backend=Backend.ARRAYS, most=most)
         return found if found.verified else None
@@ -160,7 +160,7 @@ def asked_question(
 ) -> Question:
     """What is asked for by arguments of `stiffness`, which are checked."""
     _check_options(method, tolerance)
-    question = dispatched(question_of, machine)(machine, pose, method, near, tolerance)
+    question = function_for(question_of, machine)(machine, pose, method, near, tolerance)
     _check_fits(machine, method, near, question.has_legs, question.has_postures)
     return question
 

@@ -176,7 +176,7 @@ class Question(ABC):
 
     def _checked(self, rows: np.ndarray) -> Details:
         flat = rows.reshape(-1)
-        found = self.solved(flat)
+        found = self.direct_answer(flat)
         if self.recorded is not None:
             own = self.recorded.reshaped((-1,))[flat]
             given = own.status_codes, own.rank, own.matrix
@@ -190,7 +190,7 @@ class Question(ABC):
         return None
 
     @abstractmethod
-    def solved(self, rows: np.ndarray) -> Details:
+    def direct_answer(self, rows: np.ndarray) -> Details:
         """What the direct form finds at N of the poses, a batch of them."""
 
     @abstractmethod
@@ -299,11 +299,13 @@ class PosesOfRobot(Question):
             self._only = self.finder.at(self.request.part(rows), self.near)
         return self._only
 
-    def solved(self, rows: np.ndarray) -> Details:
+    def direct_answer(self, rows: np.ndarray) -> Details:
         """The chosen form at N of the poses."""
         if rows.size > CHUNK:
             starts = range(0, rows.size, CHUNK)
-            return Details.joined([self.solved(rows[start : start + CHUNK]) for start in starts])
+            return Details.joined(
+                [self.direct_answer(rows[start : start + CHUNK]) for start in starts]
+            )
         posture = self._posture(rows)
         found = solve_snapshot(posture.snapshot, self.form, self.tolerance)
         reached = posture.reached
@@ -368,7 +370,7 @@ class OwnPose(Question):
         self.machine, self._whole = machine, found
         self.asked: tuple[Any, ...] = (machine,)
 
-    def solved(self, rows: np.ndarray) -> Details:
+    def direct_answer(self, rows: np.ndarray) -> Details:
         """What was found at N of the poses."""
         return self.details(self.rows)[np.unravel_index(rows, self.rows.shape)]
 
@@ -405,7 +407,7 @@ def _(machine: Snapshot, pose: Any, method: Form, near: Near, tolerance: Toleran
     return OwnPose(machine, method, tolerance, solve_snapshot(machine, method, tolerance))
 
 
-def dispatched(function: Any, machine: Any) -> Callable[..., Any]:
+def function_for(function: Any, machine: Any) -> Callable[..., Any]:
     """A single-dispatch function for a machine.
 
     Those for linkages, networks and cables are imported with the first of them.

@@ -8,7 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.compiled_answer import AtGeneralPoses, RecordedRanks, attempted, closes
+from robostiff.analysis.compiled_answer import (
+    AtGeneralPoses,
+    RecordedRanks,
+    answer_of_kernel,
+    closes,
+)
 from robostiff.analysis.kernel_inputs import (
     KernelInputs,
     ParameterValues,
@@ -51,7 +56,7 @@ def _(
     robot = taken.subject
     finder = posture_finder(robot.numeric)
     recorded = record_robot(robot, finder, most)
-    if depends_on_what_is_held(recorded.joints, recorded.closure, finder):
+    if depends_on_posture(recorded.joints, recorded.closure, finder):
         recorded = record_at_joints(robot, finder, most)
     # A derivative may need more of the closure than its Newton steps give.
     if recorded.joints and not robot.is_posed_by_joints:
@@ -97,7 +102,7 @@ def _agrees(
     """Whether a kernel gives what the direct form gives, and nothing is in doubt."""
     subject = taken.subject
     for nearer in range(first, _NEARER):
-        pose, samples = taken.drawn(seed, nearer)
+        pose, samples = taken.samples(seed, nearer)
         given = np.asarray(pose.values if isinstance(pose, JointCoordinates) else pose)
         values = ParameterValues.of(subject, samples, len(given))
         rows = taken.rows(pose, given, values)
@@ -106,7 +111,7 @@ def _agrees(
             break
     else:
         return False
-    answer = attempted(kernel, rows, general, 1)
+    answer = answer_of_kernel(kernel, rows, general, 1)
     regular = np.zeros(len(given), dtype=bool)
     trusted = True
     for other, own in values.groups(met):
@@ -133,7 +138,7 @@ def _doubtful(result: Stiffness) -> np.ndarray:
     return (result.status_codes & int(Status.ILL_CONDITIONED)) != 0
 
 
-def depends_on_what_is_held(
+def depends_on_posture(
     joints: Sequence[str], closure: RecordedClosure | None, finder: PostureFinder
 ) -> bool:
     """Whether K differs between postures of one pose that differ in coordinates that are held.

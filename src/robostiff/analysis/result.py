@@ -316,7 +316,7 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
         """
         if point is None:
             return self
-        return replace(self, point=points_given(point, self.batch_shape))
+        return replace(self, point=given_points(point, self.batch_shape))
 
     def placed(self) -> Snapshot | Network:
         """The machine in the world at a single pose; a linkage as a network."""
@@ -354,7 +354,7 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
         self.details().check_answered()
 
 
-def points_given(at: ArrayLike, batch_shape: tuple[int, ...]) -> np.ndarray:
+def given_points(at: ArrayLike, batch_shape: tuple[int, ...]) -> np.ndarray:
     """A point of the platform that a user gave, at every pose (..., 3) [m]."""
     point = as_floats("point 'at'", at, "three numbers x y z [m]", "m")
     if point.shape[-1:] != (3,):

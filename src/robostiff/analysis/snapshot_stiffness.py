@@ -24,7 +24,7 @@ from robostiff.elastostatics import (
     solved_leg,
 )
 from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
-from robostiff.elastostatics.leg import loads_of_modes, transmitted
+from robostiff.elastostatics.leg import loads_of_modes, transmitted_wrenches
 from robostiff.elastostatics.parallel_block import block_of
 from robostiff.elastostatics.tolerance import (
     check_compliance_in_plane,
@@ -84,7 +84,7 @@ class LegMatrices:
             np.concatenate([sizes, *(size for _, size in of_blocks)], axis=-1),
         )
 
-    def reported(self, redundant: np.ndarray) -> tuple[tuple[str, ...], np.ndarray]:
+    def possible_redundancy(self, redundant: np.ndarray) -> tuple[tuple[str, ...], np.ndarray]:
         """What may be redundant, joints, blocks and what is inside those, and what is (..., r).
 
         From the columns (..., q) of J_q that are. A block is where any of its freedoms is: how many
@@ -100,7 +100,7 @@ class LegMatrices:
             ends = np.cumsum([branch.J_q.shape[-1] for branch in block.branches])
             *of_branches, _ = np.split(block.whole.redundant, ends, axis=-1)
             for branch, own in zip(block.branches, of_branches, strict=True):
-                inner, flags = branch.reported(own)
+                inner, flags = branch.possible_redundancy(own)
                 names, parts = names + inner, [*parts, flags]
         return names, np.concatenate(parts, axis=-1)
 
@@ -338,7 +338,9 @@ def _between_bodies(
     They have twists (..., n, q) of passive joints, and all are about one point.
     """
     first = branches[0]
-    together = block_of([transmitted(own) for own in branches], first.length, tolerance, ends)
+    together = block_of(
+        [transmitted_wrenches(own) for own in branches], first.length, tolerance, ends
+    )
     wrenches = LegWrenches(
         together.W,
         np.zeros((*first.batch_shape, 0)),
@@ -409,7 +411,7 @@ def _solved(
         solved = solve_chain(leg.C, leg.J_q, method, length, tolerance, leg.present)
     if not leg.blocks:
         return solved, leg.names
-    names, redundant = leg.reported(solved.redundant)
+    names, redundant = leg.possible_redundancy(solved.redundant)
     status = (
         solved.status_codes
         | np.any(redundant, axis=-1) * np.uint16(Status.REDUNDANT_JOINTS)

@@ -198,7 +198,7 @@ def verify(
         rigid = Status.RIGID_DIRECTION in why
         K, reason = (None, "a rigid direction") if rigid else (other.K, "")
         known = name, K, int(other.rank), reason, Status.ILL_CONDITIONED in why
-        comparisons.append(_compared(reference, agreement, *known))
+        comparisons.append(_comparison(reference, agreement, *known))
     K, reason = None, "no rigid direction" if Status.RIGID_DIRECTION in reference.status else ""
     try:
         K = energy_stiffness(network, tolerance)
@@ -207,11 +207,11 @@ def verify(
         return Verification(reference, (*comparisons, energy), agreement)
     except NoAnswerError as error:
         reason = str(error)
-    comparisons.append(_compared(reference, agreement, "energy", K, None, reason, False))
+    comparisons.append(_comparison(reference, agreement, "energy", K, None, reason, False))
     return Verification(reference, tuple(comparisons), agreement)
 
 
-def _compared(
+def _comparison(
     reference: Stiffness,
     agreement: float,
     method: str,

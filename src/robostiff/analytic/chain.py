@@ -153,7 +153,7 @@ def derive_chain(
             rule, before = rule_in_words(J, redundant=redundant[number - 1]), len(steps.definitions)
             u, mu = [sp.S.Zero] * start.rows, sp.S.Zero
             if not redundant[number - 1]:
-                u, mu, K = steps.eliminated(K, J, f"_{number}_")
+                u, mu, K = steps.eliminate(K, J, f"_{number}_")
             named = tuple(steps.definitions[before:])
             column, u = sp.ImmutableMatrix(J), sp.ImmutableMatrix(u)
             stages.append(Stage(joint, column, rule, u, mu, K, named))

@@ -26,7 +26,7 @@ from robostiff.analytic.placement.robot_pose import AtHome, PoseFormula
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import StepReading
 from robostiff.analytic.reading.rewriting import shortest_trigonometry
-from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, summed
+from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, sum_of
 from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm, transport
 from robostiff.analytic.vectors.vector_form import vector_form
@@ -86,7 +86,7 @@ class LegGeometry:
         local = replace(local, springs=springs)
         units = [[int(k == row) for k in range(6)] for row in rows]
         loads = [
-            [[record.simplified(x, length) for x in spring.wrench(w)] for w in units]
+            [[record.simplify(x, length) for x in spring.wrench(w)] for w in units]
             for spring in local.springs
         ]
         beams = [recognised_beam(spring, record) for spring in leg.springs]
@@ -142,7 +142,7 @@ class LegGeometry:
                 ]
                 for twist, stiffness in self.local.drives:
                     found.append(reader.of_drive((twist[rows[i]], twist[rows[j]]), stiffness))
-                entry = summed([x for x in found if x[0] != 0])
+                entry = sum_of([x for x in found if x[0] != 0])
                 plain = sp.expand(entry)
                 entry = -written[-plain] if -plain in written else written.setdefault(plain, entry)
                 C[i][j] = C[j][i] = entry
@@ -305,11 +305,11 @@ def derive_leg(
 
     def in_names() -> LegElimination:
         read = NamedReading(placed.record, placed.symbols, placed.springs)
-        return _derived(geometry, read, closed)
+        return _derivation(geometry, read, closed)
 
     def in_steps(closed: Closed | Steps = closed) -> LegElimination:
         read = StepReading(placed.record, placed.symbols, geometry.entries, placed.springs)
-        return _derived(geometry, read, closed)
+        return _derivation(geometry, read, closed)
 
     # The first form that ends: names for lengths, then steps for the geometry, then for all.
     found = None
@@ -334,7 +334,7 @@ def derive_leg(
     return replace(found, at_vector_level=Unwritten(in_vectors))
 
 
-def _derived(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimination:
+def _derivation(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegElimination:
     placed, local, leg = geometry.placed, geometry.local, geometry.own
     rows = placed.entries.space.rows
     found = geometry.compliance(read)

@@ -183,7 +183,7 @@ def _readable(placed: PlacedRobot, limit: int, *, is_home: bool, closed: bool) -
             if derivation is not None:
                 return derivation
     of_all = math.inf if closed else _ENTRIES * limit
-    return _closed(placed, limit, of_all)
+    return _closed_form(placed, limit, of_all)
 
 
 def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
@@ -193,7 +193,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     turned, count = dict[int, tuple[int, Image]](), len(placed.entries.legs)
     check_that_postures_differ(placed)
     with suppress(InputError):  # of a robot without an answer the wrenches say why
-        turned = _turned(placed)
+        turned = _legs_turned(placed)
     legs = {i: placed.place(i).leg for i in range(count) if i not in turned}
     in_series = not any(
         leg.blocks
@@ -225,7 +225,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
 
 
 @kept
-def _turned(placed: PlacedRobot) -> dict[int, tuple[int, Image]]:
+def _legs_turned(placed: PlacedRobot) -> dict[int, tuple[int, Image]]:
     """Legs that hold as an earlier one, turned or mirrored, at home."""
     numbers = numbers_of(placed)
     is_other = placed.given is not None or placed.follows.any or placed.robot.platform is not None
@@ -300,7 +300,7 @@ def _in_steps(placed: PlacedRobot, remark: str, *, steps_asked: bool) -> RobotDe
     return _derivation(*parts, remark=remark, in_steps=True, steps_asked=steps_asked)
 
 
-def _closed(placed: PlacedRobot, limit: int, of_all: float) -> RobotDerivation:
+def _closed_form(placed: PlacedRobot, limit: int, of_all: float) -> RobotDerivation:
     """Wrenches and compliances written out and summed in exact arithmetic."""
     recorded = placed.recorded
     wanted = [x for leg in recorded.legs for x in (*(e for w in leg.wrenches for e in w), *leg.mu)]
@@ -338,7 +338,7 @@ def _derivation(
     def conditions() -> tuple[Condition, ...]:
         # Mirror images of one leg are turns of one another.
         kinds: dict[Any, list[int]] = {}
-        for i, (first, way) in _turned(placed).items():
+        for i, (first, way) in _legs_turned(placed).items():
             is_image = way.mirror is not None
             kinds.setdefault((first, is_image), [] if is_image else [first]).append(i)
         firsts = {i: kind[0] for kind in kinds.values() for i in kind}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from robostiff.cli.command import BAD_STATUS, answered, slips
+from robostiff.cli.command import BAD_STATUS, print_answer, slips
 from robostiff.cli.options import (
     Answer,
     Command,
@@ -60,7 +60,7 @@ class Check(Command, name="check"):
             drawn = plot.robot(robot, colouring=plot.Colouring.NAMES, backend=plot.PictureData())
             draw(drawn, picture)
             facts["picture"] = str(picture)
-        return answered(facts_page(facts), self.answer)
+        return print_answer(facts_page(facts), self.answer)
 
 
 class PrintStiffness(Command, name="stiffness"):
@@ -86,9 +86,9 @@ class PrintStiffness(Command, name="stiffness"):
         from robostiff.elastostatics import Block, IndexRules, Recursive, SaddlePoint, WrenchBasis
 
         forms = (WrenchBasis(), SaddlePoint(), Block(), Recursive(), IndexRules())
-        form = written.chosen("--method", self.method, {form.name: form for form in forms})
-        robot = written.loaded(self.model, self.place)
-        return answered(
+        form = written.choice("--method", self.method, {form.name: form for form in forms})
+        robot = written.machine_of(self.model, self.place)
+        return print_answer(
             stiffness(robot, method=form, **written.where(robot, self.place)), self.answer
         )
 
@@ -109,7 +109,7 @@ class PrintDeflection(Command, name="deflection"):
         """Print the deflection under small loads."""
         from robostiff.cli import arguments as written
 
-        robot, loads = written.loaded(self.model, self.place), self.loads
+        robot, loads = written.machine_of(self.model, self.place), self.loads
         on_bodies = loads.gravity is not None or loads.weights or loads.forces
         if loads.wrench is None and not on_bodies:
             expected = '--wrench, such as "0 0 -500 N 0 0 0", --gravity=-z, --load or --weight'
@@ -129,7 +129,7 @@ class PrintDeflection(Command, name="deflection"):
             from robostiff.analysis import deflection
 
             result = deflection(robot, **options)
-        return answered(result, self.answer)
+        return print_answer(result, self.answer)
 
 
 class PrintEquilibrium(Command, name="equilibrium"):
@@ -157,7 +157,7 @@ class PrintEquilibrium(Command, name="equilibrium"):
         from robostiff.page.loads import equilibrium_page
         from robostiff.statics import critical_load, equilibrium, load_path
 
-        robot = written.loaded(self.model, self.place)
+        robot = written.machine_of(self.model, self.place)
         F = written.wrench(self.loads.wrench, robot.space)
         for name, value in (("--critical", self.critical), ("--factors", self.factors)):
             if F is None and value:
@@ -174,7 +174,7 @@ class PrintEquilibrium(Command, name="equilibrium"):
             drawn_by: Any = plot.equilibrium if curve is None else plot.load_curve
             of = result if curve is None else curve
             draw(drawn_by(of, backend=plot.PictureData()), picture)
-        return answered(equilibrium_page(result, critical, curve), self.answer)
+        return print_answer(equilibrium_page(result, critical, curve), self.answer)
 
 
 class PrintModes(Command, name="modes"):
@@ -212,7 +212,7 @@ class PrintModes(Command, name="modes"):
         from robostiff.statics import modes
 
         picture = picture_beside(self.plot, self.answer)
-        robot = written.loaded(self.model, self.place)
+        robot = written.machine_of(self.model, self.place)
         options = written.loading(robot, self.place, self.loads)
         moving = written.by_part("--mass", self.masses, written.kilograms)
         F = written.wrench(self.loads.wrench, robot.space)
@@ -228,7 +228,7 @@ class PrintModes(Command, name="modes"):
         if moving:
             listed = ", ".join(f"{k} {m:.4g} kg" for k, added in moving.items() for m in added)
             words.append(f"beside them: {listed}")
-        return answered(modes_page(result, masses.get("masses"), tuple(words)), self.answer)
+        return print_answer(modes_page(result, masses.get("masses"), tuple(words)), self.answer)
 
 
 class PrintResponse(Command, name="response"):
@@ -278,7 +278,7 @@ class PrintResponse(Command, name="response"):
         if not loads and not moved:
             expected = "--load, --along, --on or --settle"
             raise InputError(f"loads of {source!r}", got=Words("none"), expected=expected)
-        return answered(network_response(network, loads, settlements=moved), self.answer)
+        return print_answer(network_response(network, loads, settlements=moved), self.answer)
 
 
 class PrintIndices(Command, name="indices"):
@@ -299,7 +299,7 @@ class PrintIndices(Command, name="indices"):
         from robostiff.cli import arguments as written
         from robostiff.page.indices import indices_page
 
-        robot = written.loaded(self.model, self.place)
+        robot = written.machine_of(self.model, self.place)
         written.check_kind(
             robot,
             {"robot", "snapshot", "network", "linkage"},
@@ -308,8 +308,8 @@ class PrintIndices(Command, name="indices"):
         )
         result = stiffness(robot, **written.where(robot, self.place))
         if not result.answered.all():
-            return answered(indices_page(result), self.answer)
-        return answered(indices(result, length=written.length(self.length)), self.answer)
+            return print_answer(indices_page(result), self.answer)
+        return print_answer(indices(result, length=written.length(self.length)), self.answer)
 
 
 class PrintVerification(Command, name="verify"):
@@ -332,7 +332,7 @@ class PrintVerification(Command, name="verify"):
         robot = self.model.load()
         pose, near = written.pose(robot, self.place), written.near(robot, self.place)
         result = verify(robot, pose, near=near)
-        answered(result, self.answer)
+        print_answer(result, self.answer)
         return 0 if result.agree else BAD_STATUS
 
 
@@ -399,6 +399,6 @@ class PrintCables(Command, name="cables"):
             raise InputError("--wrench and --balance", expected="one of them")
         if self.wrench is not None:
             load = written.wrench(self.wrench, robot.space)
-            return answered(cable_response(robot, pose, load, tensions=rule), self.answer)
+            return print_answer(cable_response(robot, pose, load, tensions=rule), self.answer)
         balanced = written.wrench(self.balance, robot.space, "--balance")
-        return answered(cable_stiffness(robot, pose, balanced, tensions=rule), self.answer)
+        return print_answer(cable_stiffness(robot, pose, balanced, tensions=rule), self.answer)

@@ -19,7 +19,7 @@ from robostiff.model import Actuated, Coordinate, Mass
 from robostiff.spatial import Space
 
 
-def loaded(
+def machine_of(
     model: Model,
     place: Posing | None = None,
     *,
@@ -132,7 +132,7 @@ def _by_joints(robot: Any, text: str) -> Any:
         is_arm = not by_name and robot.is_serial and not robot.legs[0].chain.has_blocks
         names = list(units) if is_arm else list(actuator_names(robot))
     if by_name:
-        numbers = _named("--joints", text, {name: units[name] for name in names})
+        numbers = _numbers_by_name("--joints", text, {name: units[name] for name in names})
     else:
         pairs = [(name, dimension) for name in names for dimension in units[name]]
         words, dimensions = [name for name, _ in pairs], [dimension for _, dimension in pairs]
@@ -146,7 +146,7 @@ def _by_joints(robot: Any, text: str) -> Any:
     return (JointCoordinates if is_arm else ActuatorCoordinates)(list(values.values()))
 
 
-def _named(
+def _numbers_by_name(
     option: str, text: str, units: Mapping[str, Sequence[Dimension]]
 ) -> dict[str, list[float]]:
     """Some numbers by their names: ``slide=20 mm, turn=3 deg``."""
@@ -172,7 +172,7 @@ def _some_by_name(
     option: str, text: str, units: Mapping[str, Dimension], others: Mapping[str, float]
 ) -> list[float]:
     """Numbers in the order of their units, of which those left out are as in `others`."""
-    given = _named(option, text, {name: [dimension] for name, dimension in units.items()})
+    given = _numbers_by_name(option, text, {name: [dimension] for name, dimension in units.items()})
     return [given[name][0] if name in given else others[name] for name in units]
 
 
@@ -248,7 +248,7 @@ def where(robot: Any, place: Posing) -> dict[str, Any]:
 _Chosen = TypeVar("_Chosen")
 
 
-def chosen(option: str, name: str, allowed: Mapping[str, _Chosen]) -> _Chosen:
+def choice(option: str, name: str, allowed: Mapping[str, _Chosen]) -> _Chosen:
     """What a name stands for; InputError when it is none of those allowed."""
     if name not in allowed:
         expected, hint = ", ".join(allowed), did_you_mean(name, tuple(allowed))

@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from robostiff.cli.options import Answer, Command, ExplainedArgument, built
+from robostiff.cli.options import Answer, Command, ExplainedArgument, build
 from robostiff.cli.output import running, show
 from robostiff.errors import (
     DisagreementError,
@@ -37,7 +37,7 @@ def as_click(name: str, command: type[Command]) -> click.Command:
     def answer(quiet: bool, verbose: bool, **arguments: Any) -> None:
         running.set(name)
         started = time.perf_counter()
-        status = status_of(lambda: built(command, arguments).run(), quiet, verbose)
+        status = status_of(lambda: build(command, arguments).run(), quiet, verbose)
         if verbose:
             import platform
             from importlib.metadata import PackageNotFoundError, version
@@ -114,7 +114,7 @@ def slips(show: Callable[[str], object]) -> Iterator[None]:
         yield
 
 
-def answered(result: object, answer: Answer) -> int:
+def print_answer(result: object, answer: Answer) -> int:
     """Print a result, or its page, as text or as JSON; 1 for a bad status, otherwise 0."""
     from robostiff.markup import Page, page_text
     from robostiff.page.of_result import page_data, page_of

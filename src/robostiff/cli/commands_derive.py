@@ -62,7 +62,7 @@ from robostiff.analytic.placement.robot_pose import (
     coordinate_names,
     rotation_by_name,
 )
-from robostiff.cli.arguments import chosen
+from robostiff.cli.arguments import choice
 from robostiff.cli.command import INTERRUPTED
 from robostiff.cli.output import FORMULA_FILES, new_file, write_to
 from robostiff.errors import InputError, Words
@@ -110,7 +110,7 @@ def go_on_in_child(progress: Callable[[float], str]) -> None:
     try:
         code = _exit_status(_waited_for(child, progress))
     except KeyboardInterrupt:
-        code = _ended(child)
+        code = _exit_status(child)
     finally:
         signal.signal(signal.SIGTERM, before)
     raise click.exceptions.Exit(code)
@@ -137,7 +137,7 @@ def _waited_for(child: int, progress: Callable[[float], str]) -> int:
             click.echo(f"\r{'':{width}}\r", err=True, nl=False)
 
 
-def _ended(child: int) -> int:
+def _exit_status(child: int) -> int:
     """The status of an interrupted child; one that does not end by itself is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for is_told in (False, True):  # a terminal has sent the signal to the child as well
@@ -270,7 +270,7 @@ def print_formula(command: Any) -> int:
     head = f"robostiff: deriving {command.model.source} for"
     go_on_in_child(lambda passed: f"{head} {passed:.0f} s{then}; Ctrl-C ends it")
     try:
-        derivation = _derived(command, form)
+        derivation = _formula_of(command, form)
         if isinstance(derivation, RobotDerivation) and derivation.remark:
             click.echo(f"robostiff: {derivation.remark} K is in named steps.", err=True)
         formula: _Formula = derivation
@@ -337,7 +337,7 @@ def _form(command: Any, language: str) -> Closed | Steps | None:
     return Steps() if command.steps else Closed() if command.closed else None
 
 
-def _derived(command: Any, form: Closed | Steps | None) -> RobotDerivation | LegElimination:
+def _formula_of(command: Any, form: Closed | Steps | None) -> RobotDerivation | LegElimination:
     """The formula of the robot, or of one of its legs."""
     names = [name.strip() for name in command.symbols.split(",") if name.strip()]
     shorter = dict(name.split("=", 1) for name in names if "=" in name)
@@ -374,7 +374,7 @@ def _language(command: Any) -> tuple[str, Path | None]:
             got=command.output,
             expected=f"a name that ends in {', '.join(FORMULA_FILES)}, or --format beside it",
         )
-    chosen("--format", name, dict.fromkeys(FORMULA_FILES.values()))
+    choice("--format", name, dict.fromkeys(FORMULA_FILES.values()))
     if name == "pdf" and output is None:
         raise InputError("--format", got=Words("pdf"), expected="a file", hint="write -o FILE.pdf")
     if output is not None:

@@ -42,7 +42,7 @@ from robostiff.analysis.maps import Progress as Done
 from robostiff.analysis.maps.pose_columns import FACTOR, POSE_UNITS, Mapped, coordinate_units
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.cli import arguments as written
-from robostiff.cli.command import BAD_STATUS, INTERRUPTED, answered
+from robostiff.cli.command import BAD_STATUS, INTERRUPTED, print_answer
 from robostiff.cli.output import draw, new_file, picture_beside
 from robostiff.errors import InputError, NoAnswerError, Words, needs_extra
 from robostiff.io.map_files import check_netcdf, read_poses, write_map_netcdf
@@ -174,7 +174,7 @@ def make_map(command: Any) -> int:
         raise InputError(
             "--plot", got=command.plot, expected="none beside --reduce, which keeps no map"
         )
-    robot = written.loaded(command.model, by_joints=bool(command.joints))
+    robot = written.machine_of(command.model, by_joints=bool(command.joints))
     if not isinstance(robot, Mapped):
         hint = "a snapshot is frozen at its own pose"
         expected = "a model or a linkage, which has a pose for every point of a map"
@@ -197,7 +197,7 @@ def make_map(command: Any) -> int:
             result = stiffness_map(
                 robot,
                 poses,
-                [written.chosen("--quantity", name, _QUANTITIES) for name in command.quantities]
+                [written.choice("--quantity", name, _QUANTITIES) for name in command.quantities]
                 or [Quantity.PRINCIPAL_STIFFNESS],
                 wrench=written.wrench(command.wrench, robot.space),
                 length=written.length(command.length),
@@ -233,7 +233,7 @@ def make_map(command: Any) -> int:
     facts = {"seconds": seconds, "poses_a_second": bar.rate}
     place = page.place if output is None else f"{page.place} in {output}"
     data = {"output": command.output, **page.data, **facts}
-    answered(replace(page, place=place, data=data), command.answer)
+    print_answer(replace(page, place=place, data=data), command.answer)
     if bar.rate and output is not None and not command.answer.as_json:
         # Not on standard output, which is the same every time.
         click.echo(f"{seconds:.3g} s in all; {bar.rate:.3g} poses/s once prepared", err=True)

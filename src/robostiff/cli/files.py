@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from robostiff.cli.command import answered
+from robostiff.cli.command import print_answer
 from robostiff.cli.options import (
     Answer,
     Command,
@@ -44,7 +44,7 @@ class ListRobots(Command, name="robots"):
         from robostiff.page.of_result import robots_page
         from robostiff.robots import describe, shipped_names
 
-        return answered(robots_page(list(map(describe, sorted(shipped_names())))), self.answer)
+        return print_answer(robots_page(list(map(describe, sorted(shipped_names())))), self.answer)
 
 
 class Derive(Command, name="derive"):
@@ -153,13 +153,13 @@ class PrintSchema(Command, name="schema"):
 
     def run(self) -> int:
         """Print or write the JSON schema of a file format."""
-        from robostiff.cli.arguments import chosen
+        from robostiff.cli.arguments import choice
         from robostiff.io.model_file.schema import model_file_schema
         from robostiff.io.snapshot import network_schema, snapshot_schema
 
         form, answer = self.form, self.answer
         schemas = {"model": model_file_schema, "snapshot": snapshot_schema, "graph": network_schema}
-        schema = chosen("schema", form, schemas)()
+        schema = choice("schema", form, schemas)()
         text = json.dumps(schema, indent=2)
         path = output_beside(self.output, answer)
         if path is None:
@@ -254,13 +254,16 @@ class Convert(Command, name="convert"):
     def run(self) -> int:
         """Write a robot at a pose in another form."""
         from robostiff.cli import arguments as written
-        from robostiff.extras import WRITERS, added, is_offered, loaded
+        from robostiff.extras import WRITERS, entry_points_of, is_offered, load_extra
 
         form, answer = self.form, self.answer
         output = None if self.output == "-" else self.output
-        writer = loaded(WRITERS, form) if is_offered(WRITERS, form) else None
-        forms = {**_FORMS, **{name: loaded(WRITERS, name).endings for name in added(WRITERS)}}
-        suffixes = written.chosen("--to", form, forms)
+        writer = load_extra(WRITERS, form) if is_offered(WRITERS, form) else None
+        forms = {
+            **_FORMS,
+            **{name: load_extra(WRITERS, name).endings for name in entry_points_of(WRITERS)},
+        }
+        suffixes = written.choice("--to", form, forms)
         if output is None and answer.as_json:
             raise InputError("--json", expected="a file beside it", hint="write -o FILE")
         path = output_beside(output, answer)
@@ -273,7 +276,7 @@ class Convert(Command, name="convert"):
                 hint=f"or write {', '.join(others)}",
             )
         ending = "" if path is None else path.suffix.lower()
-        robot = written.loaded(self.model, None if form in _KERNELS else self.place)
+        robot = written.machine_of(self.model, None if form in _KERNELS else self.place)
         frozen = partial(_frozen, self.model.source, robot, self.place, form)
         if form in _KERNELS:
             from robostiff.analysis.compiled_stiffness import compile_stiffness

@@ -14,7 +14,7 @@ from robostiff.cli.command import as_click, ready_streams, status_of
 from robostiff.cli.options import Command
 from robostiff.cli.output import show
 from robostiff.errors import InputError
-from robostiff.extras import COMMANDS, added, is_offered, loaded
+from robostiff.extras import COMMANDS, entry_points_of, is_offered, load_extra
 from robostiff.version import __version__
 
 _HOMES = {
@@ -33,7 +33,7 @@ class _CommandsByName(click.Group):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Names, in the order of help; those of other distributions last."""
-        return [*_HOMES, *added(COMMANDS)]
+        return [*_HOMES, *entry_points_of(COMMANDS)]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """A command by its name."""
@@ -41,14 +41,16 @@ class _CommandsByName(click.Group):
             import_module(f"robostiff.cli.{_HOMES[cmd_name]}")
             return as_click(cmd_name, Command.named[cmd_name])
         return (
-            as_click(cmd_name, loaded(COMMANDS, cmd_name)) if cmd_name in added(COMMANDS) else None
+            as_click(cmd_name, load_extra(COMMANDS, cmd_name))
+            if cmd_name in entry_points_of(COMMANDS)
+            else None
         )
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """The command that is meant; of an unknown one, its nearest name."""
         if not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
             if is_offered(COMMANDS, args[0]):
-                ctx.exit(status_of(lambda: int(loaded(COMMANDS, args[0]) is None)))
+                ctx.exit(status_of(lambda: int(load_extra(COMMANDS, args[0]) is None)))
             from robostiff.io.suggest import did_you_mean
 
             hint = did_you_mean(args[0], self.list_commands(ctx))

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from robostiff.cli.command import answered
+from robostiff.cli.command import print_answer
 from robostiff.cli.options import (
     Answer,
     Command,
@@ -109,8 +109,8 @@ class Compensate(Command, name="compensate"):
         from robostiff.compensation.compensate import Axes, Exact, Mirror, compensate
         from robostiff.compensation.program_file import read_program, write_program
 
-        method = written.chosen("--method", self.method, {"exact": Exact(), "mirror": Mirror()})
-        axes = written.chosen("--axes", self.axes, {axis.value: axis for axis in Axes})
+        method = written.choice("--method", self.method, {"exact": Exact(), "mirror": Mirror()})
+        axes = written.choice("--axes", self.axes, {axis.value: axis for axis in Axes})
         output = output_beside(self.output, self.answer)
         picture = picture_beside(self.plot, self.answer, is_scene=False)
         robot = self.model.load()
@@ -128,7 +128,7 @@ class Compensate(Command, name="compensate"):
             from robostiff.plot.bars_and_curves import compensation_picture
 
             draw(compensation_picture(result), picture)
-        return answered(result, self.answer)
+        return print_answer(result, self.answer)
 
 
 class Identify(Command, name="identify"):
@@ -195,7 +195,7 @@ class Identify(Command, name="identify"):
         from robostiff.robots.shipped import robot_file, shipped_names
 
         losses = {"squares": Squares(), "robust": Robust()}
-        loss = written.chosen("--loss", self.loss, losses)
+        loss = written.choice("--loss", self.loss, losses)
         output = output_beside(self.output, self.answer)
         picture = picture_beside(self.plot, self.answer)
         sought = self.sought
@@ -225,7 +225,7 @@ class Identify(Command, name="identify"):
             loss=loss,
             gravity=written.gravity(sought.gravity),
         )
-        status = answered(result, self.answer)
+        status = print_answer(result, self.answer)
         if output is not None:
             source = self.model.side or self.model.source
             result.write(output, robot_file(source) if source in shipped_names() else source)
@@ -310,7 +310,7 @@ class Plan(Command, name="plan"):
         sought = self.sought
         robot = sought.robot(self.model)
         criteria: dict[str, Any] = {"d": DOptimal(), "a": AOptimal(), "test-pose": None}
-        criterion = written.chosen("--criterion", self.criterion, criteria)
+        criterion = written.choice("--criterion", self.criterion, criteria)
         criterion = criterion or self._test_pose(robot)
         body, place = _hook(self.hook) if self.hook else ("", None)
         choice = choose_poses(
@@ -330,7 +330,7 @@ class Plan(Command, name="plan"):
         )
         if output is not None:
             write_to(output, _table(robot, choice.postures))
-        return answered(chosen_poses_page(robot.name, choice), self.answer)
+        return print_answer(chosen_poses_page(robot.name, choice), self.answer)
 
     def _test_pose(self, robot: Any) -> Any:
         """The error at a pose under a wrench, as a criterion."""

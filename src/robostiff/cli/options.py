@@ -73,13 +73,13 @@ class ExplainedArgument(click.Argument):
         self.text = text
 
 
-def built(of: type, arguments: Mapping[str, Any], names: Sequence[str] | None = None) -> Any:
+def build(of: type, arguments: Mapping[str, Any], names: Sequence[str] | None = None) -> Any:
     """The object of a class, of what the command line has for its fields."""
     values = {}
     for entry in fields(of):
         if "group" in entry.metadata:
             inner = entry.metadata["group"], arguments, entry.metadata["names_of_group"]
-            values[entry.name] = built(*inner)
+            values[entry.name] = build(*inner)
         elif names is None or entry.name in names:
             values[entry.name] = arguments[entry.name]
     return of(**values)

@@ -109,13 +109,13 @@ class Plot(Command, name="plot"):
 
     def _what(self) -> str:
         """What is drawn: as written, or what the subject and the load suggest."""
-        from robostiff.cli.arguments import chosen
+        from robostiff.cli.arguments import choice
 
         source, what = self.model.source, self.what
         is_map = Path(source).suffix in _MAPS
         if what is None:
             what = "map" if is_map else "robot" if self.wrench is None else "deflection"
-        chosen("--what", what, dict.fromkeys(_WHAT))
+        choice("--what", what, dict.fromkeys(_WHAT))
         if is_map != (what == "map"):
             raise InputError(
                 f"--what {what} of {source!r}",
@@ -141,7 +141,7 @@ class Plot(Command, name="plot"):
         from robostiff.cli import arguments as written
         from robostiff.statics import cable_response, deflection, modes
 
-        data, robot = plot.PictureData(), written.loaded(self.model, self.place)
+        data, robot = plot.PictureData(), written.machine_of(self.model, self.place)
         place = written.where(robot, self.place)
         shown = {"pose": place["pose"], "near": place["near"], "backend": data}
         if what == "robot":
@@ -164,7 +164,7 @@ class Plot(Command, name="plot"):
         result, drawn = stiffness(robot, **place), {"within": robot, "backend": data}
         if what == "ellipsoids":
             qualities = {q.name.lower().replace("_", "-"): q for q in plot.Quality}
-            quality = written.chosen("--quality", self.quality, qualities)
+            quality = written.choice("--quality", self.quality, qualities)
             return (plot.ellipsoid(result, quality, **drawn),)
         if what == "matrix":
             return (plot.matrix(result, backend=data),)
@@ -232,7 +232,7 @@ class Report(Command, name="report"):
             paths.append(report_path(paths[0].with_suffix(".pdf")))
         for path in paths:
             new_file("--output", path, self.answer.overwrite)
-        robot = written.loaded(model)
+        robot = written.machine_of(model)
         day = date.today().isoformat() if self.date == "today" else self.date
         symbolic, description = None, None
         if source != "-":  # standard input has been read

@@ -213,7 +213,7 @@ def compensate(
     F = _in_world(np.broadcast_to(F, (len(pose), size)), pose, axes, robot)
     backend = Backend.BEST if len(pose) >= _MANY else Backend.ARRAYS
     loaded = kept_loading(robot, gravity, loads, preload, beams=beams, backend=backend)
-    return _Commands(robot, loaded, pose, wanted, F).corrected(method)
+    return _Commands(robot, loaded, pose, wanted, F).correct(method)
 
 
 def _in_world(F: np.ndarray, pose: np.ndarray, axes: Axes, robot: Robot) -> np.ndarray:
@@ -286,7 +286,7 @@ class _Commands:
             return self.wanted.coordinates[0]
         return self.pose[:, self.robot.coordinate_places]
 
-    def corrected(self, method: Mirror | Exact) -> Compensation:
+    def correct(self, method: Mirror | Exact) -> Compensation:
         """The result of a method."""
         command, finder = self.start.copy(), posture_finder(self.robot)
         first, codes = self._missing(command)
@@ -305,7 +305,7 @@ class _Commands:
                 before = np.where(largest < before, largest, 0.0)
                 if np.all(before <= there):
                     break
-        request = finder.request(self._given(command))
+        request = finder.request(self._request(command))
         if request.is_whole:
             commanded, every = request.coordinates.copy(), finder.leg_coordinates(request)
         else:
@@ -335,19 +335,19 @@ class _Commands:
             jumps=tuple((np.flatnonzero(steps > max(_JUMP * usual, _NO_JUMP)) + 1).tolist()),
         )
 
-    def _given(self, command: np.ndarray) -> np.ndarray | JointCoordinates:
+    def _request(self, command: np.ndarray) -> np.ndarray | JointCoordinates:
         """A command as questions take it."""
         return JointCoordinates(command) if self.by_joints else command
 
     def _pose(self, command: np.ndarray) -> np.ndarray:
         """Poses (N, 6) without load."""
         finder = posture_finder(self.robot)
-        request = finder.request(self._given(command))
+        request = finder.request(self._request(command))
         return request.coordinates if request.is_whole else finder.at(request).pose
 
     def _missing(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is missing of the targets under load (N, 6), and status codes (N,)."""
-        answer, pose = self.loaded.evaluate(self._given(command), self.F), self._pose(command)
+        answer, pose = self.loaded.evaluate(self._request(command), self.F), self._pose(command)
         moved = np.zeros((len(pose), 6))
         moved[:, list(self.robot.space.rows)] = answer.displacement
         missing = _between(pose_after(pose, moved, self.point), self.pose, self.point)

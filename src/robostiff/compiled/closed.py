@@ -116,7 +116,7 @@ class ClosedCode:
             self._loop(self.many, inputs, outputs, threads)
         else:
             self.whole.evaluate(inputs, outputs, threads)
-            is_open = ~_arrived(outputs)
+            is_open = ~_arrives(outputs)
             if not is_open.any():
                 return
             again = np.flatnonzero(is_open & (outputs[-1] > 0))
@@ -125,14 +125,14 @@ class ClosedCode:
                 codes = self.few if again.size < _MANY else self.many
                 self._loop(codes, np.ascontiguousarray(inputs[:, again]), more, threads)
                 _put(outputs, again, more)
-        far = np.flatnonzero(~_arrived(outputs))
+        far = np.flatnonzero(~_arrives(outputs))
         for first in range(0, far.size, _CHUNK):
             self._reach(inputs, outputs, far[first : first + _CHUNK])
 
     def at_one(self, inputs: list[float]) -> list[float] | None:
         """Results at one pose on plain numbers; None where the usual steps do not arrive."""
         found = self.whole.at_one(inputs) if isinstance(self.whole, ArrayCode) else None
-        return None if found is None or not _arrived(found) else found
+        return None if found is None or not _arrives(found) else found
 
     def _reach(self, inputs: np.ndarray, outputs: Rows, far: np.ndarray) -> None:
         """Fill the results of far poses that parts of the straight way from home lead to.
@@ -162,7 +162,7 @@ class ClosedCode:
                 rows[len(home) :] = after
             found = np.empty((arrival.rows, going.size))
             arrival.evaluate(rows, found)
-            kept = _arrived(found)
+            kept = _arrives(found)
             x[:, going[kept]], gone[going[kept]] = after[:, kept], aim[kept]
             part[going[~kept]] /= _CUT
             going = going[(gone[going] < 1.0) & (part[going] >= _SHORTEST_PART)]
@@ -178,11 +178,11 @@ class ClosedCode:
 
         def fill(part: slice) -> None:
             for where in chunks_of(part, _CHUNK):
-                _put(outputs, where, self._stepped(codes, inputs[:, where]))
+                _put(outputs, where, self._after_steps(codes, inputs[:, where]))
 
         in_shares(fill, inputs.shape[1], threads, _CHUNK)
 
-    def _stepped(self, codes: StepCodes, inputs: np.ndarray) -> np.ndarray:
+    def _after_steps(self, codes: StepCodes, inputs: np.ndarray) -> np.ndarray:
         """Results (results, N) after as many steps as most poses need, of others after all."""
         first, step, last = codes.first, codes.step, codes.last
         given, count = inputs.shape
@@ -219,6 +219,6 @@ def _put(outputs: Rows, where: slice | np.ndarray, results: np.ndarray) -> None:
         row[where] = values
 
 
-def _arrived(results: Any) -> Any:
+def _arrives(results: Any) -> Any:
     """Where steps arrive in the assembly mode of home (N,): the last two rows say so."""
     return (results[-2] < CLOSED) & (results[-1] > 0)

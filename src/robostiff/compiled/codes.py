@@ -230,7 +230,7 @@ class ArrayCode(_Code):
         found = self.at_one(inputs[:, 0].tolist()) if n == 1 else None
         if found is None and n <= _FEW:
             with np.errstate(all="ignore"):
-                found = self.program.evaluated(dict(zip(self.program.inputs, inputs, strict=True)))
+                found = self.program.evaluate(dict(zip(self.program.inputs, inputs, strict=True)))
         if found is None:
             in_shares(partial(self._fill, inputs, outputs), n, threads, _CHUNK)
             return

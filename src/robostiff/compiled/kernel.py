@@ -188,7 +188,7 @@ def kernel_of(
     NoAnswerError
         When an output has no answer at any pose.
     """
-    entries = [entry for output in outputs for entry in output.recorded(recorded)]
+    entries = [entry for output in outputs for entry in output.entries(recorded)]
     names: tuple[str, ...] = ()
     if has_flags:
         from robostiff.recorded import flags_of

@@ -33,7 +33,7 @@ class Output(Protocol):
         """Of its array at one pose."""
         ...
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         """Its entries, row by row."""
         ...
 
@@ -55,7 +55,7 @@ class StiffnessMatrix(_OfTwists):
     name = "K"
     dims = 2
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         """Entries of K; those below the diagonal are those above it."""
         return _both_triangles(robot.K, robot.space.size)
 
@@ -67,7 +67,7 @@ class ComplianceMatrix(_OfTwists):
     name = "compliance"
     dims = 2
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         """Entries of K^-1.
 
         Raises
@@ -118,7 +118,7 @@ class DeflectionUnder(_UnderWrench):
     name = "deflection"
     dims = 1
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         """The twist.
 
         Raises
@@ -143,7 +143,7 @@ class DisplacementUnder(_UnderWrench):
 
     name = "displacement"
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         """Root of the sum of squares of the first entries of the twist."""
         return [plain_root(sum(x * x for x in self._twist(robot)[: robot.space.translations]))]
 
@@ -158,7 +158,7 @@ class WorstDeflection(_OfTwists):
 
     name = "worst_deflection"
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         """The largest eigenvalue.
 
         Raises
@@ -193,7 +193,7 @@ class PrincipalStiffness(_OfTwists):
     name = "principal_stiffness"
     dims = 1
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         """Eigenvalues of both blocks."""
         return [value for block in self._blocks(robot) for value in block]
 
@@ -249,11 +249,11 @@ class EntryOf:
             )
         return ()
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         """The entry."""
         self.shape(robot.space)
         places = list(np.ndindex(self.of.shape(robot.space)))
-        return [self.of.recorded(robot)[places.index(self.place)]]
+        return [self.of.entries(robot)[places.index(self.place)]]
 
 
 @frozen
@@ -265,7 +265,7 @@ class TotalMass(_OfTwists):
 
     name = "mass"
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         """The sum.
 
         Raises
@@ -349,7 +349,7 @@ class Derivative(Rates):
         """As that of the output."""
         return self.of.shape(space)
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         """Rates of the entries.
 
         Raises
@@ -360,7 +360,7 @@ class Derivative(Rates):
             When eigenvalues meet at every pose: they have no derivatives there.
         """
         self._check_gaps(robot)
-        entries = self.of.recorded(robot)
+        entries = self.of.entries(robot)
         direction: Any = {self.by: 1}
         if robot.closure is not None:
             direction = robot.closure.direction(robot.record, self.by)
@@ -412,7 +412,7 @@ class Gradient(Rates):
             )
         return (len(self.by),)
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         """Rates with each input.
 
         Raises
@@ -424,7 +424,7 @@ class Gradient(Rates):
         """
         self.shape(robot.space)
         self._check_gaps(robot)
-        record, (entry,) = robot.record, self.of.recorded(robot)
+        record, (entry,) = robot.record, self.of.entries(robot)
         if robot.closure is None:
             return gradient(record, entry, self.by)
         # What follows from the closure moves at rates that the closure provides.

@@ -80,7 +80,7 @@ def text_of(program: Program, width: int, length: int | None) -> str:
     quotients of one vector. What the parts hand on to one another stays in the cache.
     """
     parts = _parts(program, length or len(program.steps.a))
-    last = {j: k for k, part in enumerate(parts) for i in part for j in _read(program, i)}
+    last = {j: k for k, part in enumerate(parts) for i in part for j in _sources(program, i)}
     places, free, rooms, ends = dict[int, int](), list[int](), 0, [list[int]() for _ in parts]
     for k, part in enumerate(parts):
         free += ends[k - 1]
@@ -186,7 +186,7 @@ def _parts(program: Program, length: int) -> list[list[int]]:
     order = [
         j for i in order if i not in second for j in ((i, partner[i]) if i in partner else (i,))
     ]
-    last = {j: at for at, i in enumerate(order) for j in _read(program, i)}
+    last = {j: at for at, i in enumerate(order) for j in _sources(program, i)}
     crossing = np.zeros(len(order) + 1, dtype=int)  # values, from before a place to those behind it
     for at, i in enumerate(order):
         crossing[at + 1 : last.get(i, 0) + 1] += 1
@@ -196,7 +196,7 @@ def _parts(program: Program, length: int) -> list[list[int]]:
     return [order[a:b] for a, b in pairwise([0, *cuts, len(order)])]
 
 
-def _read(program: Program, i: int) -> list[int]:
+def _sources(program: Program, i: int) -> list[int]:
     """Other steps that step `i` reads, inputs and numbers aside."""
     places = program.steps.a
     a, b = places[i], program.steps.b[i]

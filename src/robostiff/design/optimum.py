@@ -180,7 +180,7 @@ class _Room:
     def shape(self, space: Space) -> tuple[int, ...]:
         return ()
 
-    def recorded(self, robot: RecordedRobot) -> list[Any]:
+    def entries(self, robot: RecordedRobot) -> list[Any]:
         # where legs miss the platform no answer is confirmed, and none is left
         parts = [x for x in robot.reach if not any(x is gap for gap in robot.gaps)]
         return [reduce(least, [*parts, *robot.limits], 1.0)]
@@ -266,7 +266,7 @@ def optimise(
         if is_worst:
             return float(z[n]), np.append(np.zeros(n), 1.0)
         values, rates = (each[0] / size for each in at(z[:n]))
-        value, weights = _combined(combine, values)
+        value, weights = _combination(combine, values)
         return (value, weights @ rates) if np.isfinite(value) else (_FAR, np.zeros(n))
 
     def room_below(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -286,7 +286,7 @@ def optimise(
 
     z = (x - low) / (high - low)
     begin = np.append(z, np.max(first[0]) / size) if is_worst else z
-    found = _searched(objective_at, room_below, begin, bounds)
+    found = _search(objective_at, room_below, begin, bounds)
     z = np.clip(found.x[:n], 0.0, 1.0)
     values, _ = at(z)
     if lost := not np.isfinite(values).all():  # the search stopped where there is no answer
@@ -303,8 +303,8 @@ def optimise(
     ]
     return Optimum(
         values=best,
-        objective=_combined(combine, values[0])[0],
-        at_start=_combined(combine, first[0])[0],
+        objective=_combination(combine, values[0])[0],
+        at_start=_combination(combine, first[0])[0],
         ending=ending if kept else Ending.INFEASIBLE,
         at_limits=(*at_ends, *held),
         steps=int(found.nit),
@@ -312,7 +312,7 @@ def optimise(
     )
 
 
-def _searched(objective: Any, room: Any, begin: np.ndarray, bounds: Any) -> Any:
+def _search(objective: Any, room: Any, begin: np.ndarray, bounds: Any) -> Any:
     """By SLSQP; where rounding leaves it no direction of descent, it begins again there."""
     from scipy.optimize import minimize
 
@@ -397,7 +397,7 @@ def _ranges(variables: Mapping[str, tuple[float, float]]) -> np.ndarray:
     return ends.T
 
 
-def _combined(combine: Worst | Mean | PNorm, values: np.ndarray) -> tuple[float, np.ndarray]:
+def _combination(combine: Worst | Mean | PNorm, values: np.ndarray) -> tuple[float, np.ndarray]:
     """Of numbers (N,) of several poses, and its rates with them (N,)."""
     if isinstance(combine, Worst):
         return float(np.max(values)), np.eye(len(values))[np.argmax(values)]

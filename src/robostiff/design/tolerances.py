@@ -298,7 +298,7 @@ def tolerances(
             if first.shape[1] < _MOST_DRAWN:
                 first = np.concatenate([first, values], axis=1)
             where = slice(start, start + u.shape[1])
-            drawn.put(values, {name: numbers[where] for name, numbers in found.items()})
+            drawn.fill(values, {name: numbers[where] for name, numbers in found.items()})
     return Tolerances(
         samples=found,
         deviations=dict(zip(drawn.names, np.sqrt(np.diag(drawn.covariance)).tolist(), strict=True)),
@@ -397,7 +397,7 @@ class _DrawnRobots:
         z = np.multiply(z, self._root, out=z) if self._root.shape[1] == 1 else self._root @ z
         return np.add(z, self.nominal[:, None], out=z)
 
-    def put(self, values: np.ndarray, out: Mapping[str, np.ndarray]) -> None:
+    def fill(self, values: np.ndarray, out: Mapping[str, np.ndarray]) -> None:
         """Fill each output (m, N) of m robots with parameters (n, m).
 
         Not a number for a robot that has no answer at some pose.
@@ -479,7 +479,7 @@ def sobol_indices(
     def numbers(u: np.ndarray) -> np.ndarray:
         found = np.empty((u.shape[1], 1))
         inside = np.clip(u, _NEAREST, 1.0 - _NEAREST)  # points at 0 and 1 are among these
-        drawn.put(drawn.values(np.ascontiguousarray(inside)), {output.name: found})
+        drawn.fill(drawn.values(np.ascontiguousarray(inside)), {output.name: found})
         if not np.isfinite(found).all():
             lost = int(np.count_nonzero(~np.isfinite(found)))
             raise NoAnswerError(f"{lost} of {len(found)} robots have no answer: spread them less")

@@ -37,5 +37,5 @@ from robostiff.elasticity.spring_from_matrix import (
 from robostiff.elasticity.spring_from_matrix import (
     elasticity_from_stiffness as elasticity_from_stiffness,
 )
-from robostiff.elasticity.spring_from_matrix import moved as moved
+from robostiff.elasticity.spring_from_matrix import in_element_axes as in_element_axes
 from robostiff.elasticity.spring_from_matrix import with_segments as with_segments

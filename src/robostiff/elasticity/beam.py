@@ -76,7 +76,7 @@ def cantilever_compliance(
         z = z + L / (_plain(shear_z) * G * A)
     y_rz = L * L / (2 * E * Iz)
     z_ry = -(L * L) / (2 * E * Iy)
-    return _assembled(
+    return _symmetric(
         {
             (0, 0): L / (E * A),
             (1, 1): y,
@@ -127,7 +127,7 @@ def cantilever_stiffness(
     L, E, G, A, Iy, Iz, J = map(_plain, (L, E, G, A, Iy, Iz, J))
     p = 0 if shear_y is None else 12 * E * Iz / (_plain(shear_y) * G * A * L * L)
     q = 0 if shear_z is None else 12 * E * Iy / (_plain(shear_z) * G * A * L * L)
-    return _assembled(
+    return _symmetric(
         {
             (0, 0): E * A / L,
             (1, 1): 12 * E * Iz / (L * L * L * (1 + p)),
@@ -149,7 +149,7 @@ def _plain(value: Any) -> Any:
     return float(value) if isinstance(value, (np.floating, np.integer)) else value
 
 
-def _assembled(entries: dict[tuple[int, int], Any]) -> np.ndarray:
+def _symmetric(entries: dict[tuple[int, int], Any]) -> np.ndarray:
     """The symmetric array (..., 6, 6) with these entries on and above its diagonal."""
     for place, entry in entries.items():
         if not isinstance(entry, np.ndarray):

@@ -338,7 +338,7 @@ def with_segments(elasticity: Elasticity, segments: Sequence[ArrayLike]) -> Elas
     return found
 
 
-def moved(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elasticity:
+def in_element_axes(elasticity: Elasticity, rotation: Entries, offset: Entries) -> Elasticity:
     """The same spring in the axes and about the point of the element that contains it.
 
     ``C = J B C_spring B^T J^T`` and ``freedoms = J B freedoms_spring``, with ``B = diag(R, R)`` and

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.elastostatics.status import PoseBatch
 from robostiff.elastostatics.tolerance import Tolerance, smallest_singular_value
 from robostiff.frozen import frozen
-from robostiff.spatial.batch import Bool, Float, product, transposed
+from robostiff.spatial.batch import Bool, Float, product, transpose
 
 # Rounding grows by this much before an answer is no longer certain to nine digits.
 _FEW_DIGITS = 1e6
@@ -43,8 +43,8 @@ class ConjugateWrenches(PoseBatch):
         """``K = sum of u u^T / c``, of the elastic wrenches alone (..., n, n)."""
         elastic = self.compliance > 0
         k = np.where(elastic, 1.0 / np.where(elastic, self.compliance, 1.0), 0.0)
-        K = product(self.unit * k[..., None, :], transposed(self.unit))
-        return 0.5 * (K + transposed(K))
+        K = product(self.unit * k[..., None, :], transpose(self.unit))
+        return 0.5 * (K + transpose(K))
 
     @property
     def count(self) -> np.ndarray:
@@ -128,7 +128,7 @@ def conjugate_wrenches(
     for group, (count, rank) in alike(np.stack([transmitted, elastic], axis=-1)):
         W_own, R_own, s_own = W[group][..., :count], rows[group][..., :count], sizes[group]
         if rank < count:
-            Y = transposed(np.linalg.svd(R_own * (s_own > 0)[..., None])[2])
+            Y = transpose(np.linalg.svd(R_own * (s_own > 0)[..., None])[2])
             W_own, R_own = W_own @ Y, R_own @ Y
         unit[group, :, :rank], compliance[group, :rank], rest, blurred = _conjugate(
             W_own, R_own, s_own, rank
@@ -149,7 +149,7 @@ def alike(decisions: np.ndarray) -> Iterator[tuple[Any, np.ndarray]]:
         yield np.all(decisions == decision, axis=-1), decision
 
 
-def eliminated(
+def eliminate(
     G: np.ndarray, X: np.ndarray, sizes: np.ndarray, pivots: int
 ) -> tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray, np.ndarray]:
     """Columns (G, X) freed one by one of the first `pivots`, those with the most energy first.
@@ -173,7 +173,7 @@ def eliminated(
         place = np.argmax(energies, axis=-1)
         if count > 1 and np.any(place != 0):
             chosen = np.arange(count) == place[..., None]
-            G, X = _swapped(G, chosen, count), _swapped(X, chosen, count)
+            G, X = _swap(G, chosen, count), _swap(X, chosen, count)
         g, x = G[..., 0], X[..., 0]
         energy = np.max(energies, axis=-1)
         safe = np.where(energy > 0, energy, 1.0)
@@ -187,7 +187,7 @@ def eliminated(
     return found, X, blurred
 
 
-def _swapped(A: np.ndarray, chosen: np.ndarray, count: int) -> np.ndarray:
+def _swap(A: np.ndarray, chosen: np.ndarray, count: int) -> np.ndarray:
     """The chosen column first, and the first in its place."""
     first, pivots = A[..., 0], A[..., :count]
     column = np.einsum("...pm,...m->...p", pivots, chosen.astype(float))
@@ -203,7 +203,7 @@ def _conjugate(
     The others feel springs by less than decides. Of a spring that is much softer than the rest
     that is still a load, were it not taken out of them.
     """
-    found, rest, blurred = eliminated(rows * sizes[..., None], W, sizes, elastic)
+    found, rest, blurred = eliminate(rows * sizes[..., None], W, sizes, elastic)
     if not found:
         return W[..., :0], np.zeros((*blurred.shape, 0)), rest, blurred
     unit = np.stack([x for x, _ in found], axis=-1)
@@ -220,7 +220,7 @@ def _elastic_rank(
     rank, doubtful = np.full(batch, m), np.zeros(batch, dtype=bool)
     if m == 0:
         return rank, doubtful
-    margin = np.broadcast_to(smallest_singular_value(transposed(rows)), batch)
+    margin = np.broadcast_to(smallest_singular_value(transpose(rows)), batch)
     doubtful |= tolerance.leaves_in_doubt(margin)
     lost = margin <= tolerance.independence
     if np.any(lost):
@@ -255,8 +255,8 @@ class LeastEnergy:
     @property
     def compliance(self) -> Float[np.ndarray, "*batch n n"]:
         """Twists for loads that are carried, ``t = C F``; zero for the others."""
-        C = transposed(self.modes) @ self.modes
-        return 0.5 * (C + transposed(C))
+        C = transpose(self.modes) @ self.modes
+        return 0.5 * (C + transpose(C))
 
 
 def least_energy(
@@ -309,7 +309,7 @@ def least_energy(
     ranks = np.stack([by_rigid, np.broadcast_to(rank, batch)], axis=-1)
     for group, decision in alike(np.concatenate([elastic, stiff, ranks], axis=-1)):
         of_elastic, of_rigid = np.flatnonzero(decision[:m]), np.flatnonzero(decision[m : m + k])
-        found = _shared(
+        found = _least_energy_of_rank(
             unit[group][..., of_elastic],
             compliance[group][..., of_elastic],
             rigid[group][..., of_rigid],
@@ -323,26 +323,28 @@ def least_energy(
     return LeastEnergy(shares, rigid_shares, modes, doubtful)
 
 
-def _shared(U: np.ndarray, c: np.ndarray, H: np.ndarray, by_rigid: int, rank: int) -> LeastEnergy:
+def _least_energy_of_rank(
+    U: np.ndarray, c: np.ndarray, H: np.ndarray, by_rigid: int, rank: int
+) -> LeastEnergy:
     """As `least_energy`, for poses at which as many wrenches are independent."""
     n = U.shape[-2]
     Q, to_rigid = np.eye(n), np.zeros((*H.shape[:-2], 0, n))
     if H.shape[-1]:
         V, values, Zt = np.linalg.svd(H)
         inverse = 1.0 / values[..., :by_rigid, None]
-        to_rigid = transposed(Zt[..., :by_rigid, :]) @ (inverse * transposed(V[..., :, :by_rigid]))
+        to_rigid = transpose(Zt[..., :by_rigid, :]) @ (inverse * transpose(V[..., :, :by_rigid]))
         Q = V[..., :, by_rigid:]
     by_elastic = rank - by_rigid
-    A, values, Bt = np.linalg.svd(transposed(Q) @ U)
+    A, values, Bt = np.linalg.svd(transpose(Q) @ U)
     A = A[..., :, :by_elastic]
     # What carries each of the directions A with the least wrenches, and stresses that carry none.
-    carried = transposed(Bt[..., :by_elastic, :]) / values[..., None, :by_elastic]
-    idle = transposed(Bt[..., by_elastic:, :])
+    carried = transpose(Bt[..., :by_elastic, :]) / values[..., None, :by_elastic]
+    idle = transpose(Bt[..., by_elastic:, :])
     both = np.concatenate([idle, carried], axis=-1)
     root = np.sqrt(c)
     row = np.sqrt(np.einsum("...mk,...mk->...m", both, both))
-    _, carried, blurred = eliminated(root[..., None] * both, both, root * row, idle.shape[-1])
-    directions = transposed(Q @ A)
+    _, carried, blurred = eliminate(root[..., None] * both, both, root * row, idle.shape[-1])
+    directions = transpose(Q @ A)
     shares = carried @ directions
     rigid_shares = to_rigid @ (np.eye(n) - U @ shares) if H.shape[-1] else to_rigid
     return LeastEnergy(shares, rigid_shares, root[..., None] * shares, blurred)

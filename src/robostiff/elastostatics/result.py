@@ -245,7 +245,7 @@ class CartesianStiffness(StiffnessOfPoses, PoseBatch):
         if self.carried is None:
             return scaled_inverse(self.matrix, self.length)
         s = scaling(self.length, self.space)
-        return self.shared.compliance / (s[..., :, None] * s[..., None, :])
+        return self.load_sharing.compliance / (s[..., :, None] * s[..., None, :])
 
     @property
     def wrenches(self) -> ConjugateWrenches:
@@ -258,7 +258,7 @@ class CartesianStiffness(StiffnessOfPoses, PoseBatch):
         return self.carried
 
     @cached_property
-    def shared(self) -> LeastEnergy:
+    def load_sharing(self) -> LeastEnergy:
         """How these wrenches share a load, with the least energy; in scaled coordinates."""
         w = self.wrenches
         return least_energy(w.unit, w.compliance, w.rigid, self.rank, self.tolerance)

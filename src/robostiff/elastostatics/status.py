@@ -165,12 +165,12 @@ class PoseBatch:
 
     def __getitem__(self, index: Any) -> Self:
         """The same at one pose, or at some poses, of the batch."""
-        return _mapped(lambda array: np.asarray(array[index]), self)
+        return _map_arrays(lambda array: np.asarray(array[index]), self)
 
     def reshaped(self, batch: tuple[int, ...]) -> Self:
         """The same under another batch shape."""
         axes = len(self.batch_shape)
-        return _mapped(lambda array: array.reshape((*batch, *array.shape[axes:])), self)
+        return _map_arrays(lambda array: array.reshape((*batch, *array.shape[axes:])), self)
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
@@ -184,10 +184,10 @@ class PoseBatch:
             missing = [[(0, 0), *((0, k) for k in most - stack.shape[1:])] for stack in stacks]
             return np.concatenate([np.pad(s, k) for s, k in zip(stacks, missing, strict=True)])
 
-        return parts[0] if len(parts) == 1 else _mapped(one_batch, *parts)
+        return parts[0] if len(parts) == 1 else _map_arrays(one_batch, *parts)
 
 
-def _mapped(f: Callable[..., np.ndarray], first: Any, *others: Any) -> Any:
+def _map_arrays(f: Callable[..., np.ndarray], first: Any, *others: Any) -> Any:
     """The first of several values that are alike, its arrays made from those of all."""
     found = first
     if isinstance(first, np.ndarray | np.generic):
@@ -200,12 +200,14 @@ def _mapped(f: Callable[..., np.ndarray], first: Any, *others: Any) -> Any:
         for name in first.__dataclass_fields__:  # type: ignore[attr-defined]
             is_alone = not others and type(values[name]) is np.ndarray  # most of all calls
             rest = [getattr(other, name) for other in others]
-            mapped[name] = f(values[name]) if is_alone else _mapped(f, values[name], *rest)
+            mapped[name] = f(values[name]) if is_alone else _map_arrays(f, values[name], *rest)
         found = type(first)(**mapped)
     elif isinstance(first, str):
         found = "; ".join(dict.fromkeys(text for text in (first, *others) if text))
     elif isinstance(first, tuple) and not isinstance(next(iter(first), None), str):
-        found = tuple(_mapped(f, *entries) for entries in zip(first, *others, strict=True))
+        found = tuple(_map_arrays(f, *entries) for entries in zip(first, *others, strict=True))
     elif isinstance(first, dict):
-        found = {key: _mapped(f, first[key], *(other[key] for other in others)) for key in first}
+        found = {
+            key: _map_arrays(f, first[key], *(other[key] for other in others)) for key in first
+        }
     return found

@@ -12,7 +12,7 @@ import numpy as np
 from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.spatial import Space
-from robostiff.spatial.batch import Float, empty_batch, product, transposed
+from robostiff.spatial.batch import Float, empty_batch, product, transpose
 
 
 @frozen
@@ -177,7 +177,7 @@ def smallest_compliance(
     A = np.einsum("...im,...im->...m", W, W)[..., :, None] * np.eye(m)
     idle = np.eye(m) - np.where(A > 0, 1.0, 0.0) * np.eye(m)
     scale = np.where(trace > 0, trace, 1.0)[..., None, None]
-    A = product(transposed(W), product(C, W)) / scale + idle
+    A = product(transpose(W), product(C, W)) / scale + idle
     bound = np.atleast_1d(_determinant_bound(A))
     doubtful = bound < _CERTAIN
     if np.any(doubtful):
@@ -191,7 +191,7 @@ def smallest_singular_value(W: Float[np.ndarray, "*batch n m"]) -> Float[np.ndar
     n, m = W.shape[-2:]
     if m < n:
         return np.zeros(W.shape[:-2])
-    bound = np.atleast_1d(_determinant_bound(product(W, transposed(W))))
+    bound = np.atleast_1d(_determinant_bound(product(W, transpose(W))))
     value = np.sqrt(np.maximum(bound, 0.0))
     doubtful = bound < _CERTAIN
     if np.any(doubtful):

@@ -222,7 +222,7 @@ def choose_poses(
     model = ReadingModel(measured, statics, unknowns, names, frames, sought, np.eye(3), turns)
     p, x = len(unknowns), np.array([*(u.nominal for u in unknowns), *frames[sought]])
     scale = np.array([abs(unknown.nominal) or 1e-3 for unknown in model.unknowns])
-    J = (model.predicted(x)[1] * scale / model.sigma[:, None]).reshape(len(rows), -1, len(x))
+    J = (model.prediction(x)[1] * scale / model.sigma[:, None]).reshape(len(rows), -1, len(x))
     good, moved = _serve(model, J, x[:p])
     rows, J = rows[good], J[good]
     if len(rows) < least:
@@ -236,19 +236,20 @@ def choose_poses(
     of_existing = np.zeros((0, len(x)))
     if existing is not None:
         measured_before = model.of(existing, x)
-        of_existing = measured_before.predicted(x)[1] * scale / measured_before.sigma[:, None]
+        of_existing = measured_before.prediction(x)[1] * scale / measured_before.sigma[:, None]
     known = _determined(model, np.vstack([J.reshape(-1, len(x)), of_existing]) / scale)
     M, before = np.swapaxes(J, 1, 2) @ J, of_existing.T @ of_existing
     M, before = (m[..., known, :][..., known] for m in (M, before))
-    judge = _Judge(M.sum(axis=0) + before, before, p, _wanted(criterion, statics, x[:p], scale[:p]))
+    judge = _Judge(
+        M.sum(axis=0) + before, before, p, _exact_rates(criterion, statics, x[:p], scale[:p])
+    )
     random = np.random.default_rng(seed)
 
     def drawn() -> np.ndarray:
         return random.choice(len(rows), count, replace=len(rows) < count)
 
     best, chosen = min(
-        (_exchanged(M, judge, drawn(), repeats) for _ in range(starts)),
-        key=lambda choice: choice[0],
+        (_exchange(M, judge, drawn(), repeats) for _ in range(starts)), key=lambda choice: choice[0]
     )
     others = [judge.of(M[drawn()].sum(axis=0)[None])[0] for _ in range(_RANDOM)]
     std = np.sqrt(np.diag(judge.covariance(M[chosen].sum(axis=0)[None])[0])) * scale[:p]
@@ -321,7 +322,7 @@ def _serve(model: ReadingModel, J: np.ndarray, nominal: np.ndarray) -> tuple[np.
     return good & (moved >= _SEEN) if elastic else good, float(moved.max(initial=0.0))
 
 
-def _wanted(
+def _exact_rates(
     criterion: DOptimal | AOptimal | TestPose,
     statics: FiniteLoads,
     values: np.ndarray,
@@ -347,7 +348,7 @@ def _wanted(
     postures = JointCoordinates(q) if by_joints else q
     readings = Measurements(postures, np.zeros((len(q), 3)), wrenches=wrenches)
     states = States.of(robot, readings, np.eye(3))
-    rates = statics.with_states(states).checked(values)[0].at(values).rates[:, :3]
+    rates = statics.with_states(states).with_kernel_checked(values)[0].at(values).rates[:, :3]
     if not np.isfinite(rates).all():
         raise InputError("test poses", got=Words("one near a singular posture"), expected="others")
     return rates.reshape(-1, len(values)) / len(q) ** 0.5 * scale
@@ -384,7 +385,7 @@ class _Judge:
         return float(np.exp(0.5 * value / self.parameters)) if self.T is None else value**0.5
 
 
-def _exchanged(
+def _exchange(
     M: np.ndarray, judge: _Judge, chosen: np.ndarray, repeats: bool
 ) -> tuple[float, np.ndarray]:
     """The value that no exchange of one posture betters, of M (N, n, n), and postures (k,)."""

@@ -14,7 +14,7 @@ from robostiff.errors import InputError, NoAnswerError
 from robostiff.frozen import frozen, replace
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
-from robostiff.identification.search import Fit, Robust, Squares, fitted
+from robostiff.identification.search import Fit, Robust, Squares, fit
 from robostiff.identification.unknowns import Unknown, UnknownKind
 from robostiff.identification.written_values import write_values
 from robostiff.kinematics.turn import turn_by_vector
@@ -124,7 +124,7 @@ class Identified(InNotebooks):
     def _scaled(self) -> tuple[np.ndarray, np.ndarray]:
         """Residuals (M,) over their standard deviations, and their rates; weights of the loss."""
         known, sigma = self.fit.known, self.model.sigma
-        y, J = self.model.predicted(self.fit.x)
+        y, J = self.model.prediction(self.fit.x)
         r = (self.model.values - y)[known] / sigma[known]
         A = J[known][:, self._identified] / sigma[known][:, None]
         scale = getattr(self.fit.loss, "scale", None)
@@ -230,7 +230,7 @@ class Identified(InNotebooks):
     @cached_property
     def residuals(self) -> np.ndarray:
         """What was read less what is predicted, as its values; not a number where none is."""
-        return self._as_values(self.model, self.model.values - self.model.predicted(self.fit.x)[0])
+        return self._as_values(self.model, self.model.values - self.model.prediction(self.fit.x)[0])
 
     @staticmethod
     def _as_values(model: ReadingModel, numbers: np.ndarray) -> np.ndarray:
@@ -421,7 +421,7 @@ class Identified(InNotebooks):
         """
         self._check_rows()
         model = self.model.of(measured, self.fit.x)
-        y, J = model.predicted(self.fit.x)
+        y, J = model.prediction(self.fit.x)
         L = J[:, self._identified] @ self._inverse_root * self.sigma
         return self._as_values(model, y), self._as_values(model, np.linalg.norm(L, axis=1))
 
@@ -435,7 +435,7 @@ class Identified(InNotebooks):
             That of this fit when left out.
         """
         model, x = self.model.of(measured, self.fit.x), self.fit.x
-        return Identified(*fitted(model, x, self.fit.bounds, loss or self.fit.loss))
+        return Identified(*fit(model, x, self.fit.bounds, loss or self.fit.loss))
 
     def cross_validated(self, folds: int = 5, seed: int = 0) -> CrossValidation:
         """What the model does at postures it has not seen: fits without a part of them each.

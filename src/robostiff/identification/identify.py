@@ -18,7 +18,7 @@ from robostiff.identification.identified import Identified
 from robostiff.identification.measurement_kinds import PLACES, Reading
 from robostiff.identification.measurements import Measurements
 from robostiff.identification.readings import ReadingModel
-from robostiff.identification.search import Robust, Squares, fitted
+from robostiff.identification.search import Robust, Squares, fit
 from robostiff.identification.states import FiniteLoads, PlacesInStates, SmallLoads, States
 from robostiff.identification.unknowns import ELASTIC, Unknown, with_unknowns
 from robostiff.kinematics import JointCoordinates
@@ -275,7 +275,7 @@ def identify(
         if not (len(pair) == 2 and pair[0] < pair[1]):
             raise InputError(f"bounds of {name}", got=pair, expected="least < largest")
         low[k], high[k] = max(low[k], pair[0]), pair[1]
-    return Identified(*fitted(model, np.clip(start, low, high), (low, high), loss))
+    return Identified(*fit(model, np.clip(start, low, high), (low, high), loss))
 
 
 def _model_of(
@@ -306,7 +306,7 @@ def _model_of(
         statics = SmallLoads(states, statics)
     statics = statics.of_readings(measured, states)
     try:
-        statics, codes = statics.checked(p)
+        statics, codes = statics.with_kernel_checked(p)
     except InputError as error:
         if not (isinstance(error.got, str) and error.got in measured.bodies):
             raise
@@ -363,7 +363,7 @@ def _check_points(model: ReadingModel, start: np.ndarray, places: PlacesInStates
     rows = measured.are(*PLACES)[:, None]
     rows = (rows & (np.arange(measured.values.shape[1]) < 3)).ravel()[model.read]
     size = max(float(np.ptp(places.points, axis=0).max()), 1e-3, float(np.abs(places.points).max()))
-    off = (model.values - model.predicted(start)[0])[rows]
+    off = (model.values - model.prediction(start)[0])[rows]
     apart = float(np.sqrt(np.mean(off**2))) if off.size else 0.0
     if apart > _FAR * size:
         raise InputError(

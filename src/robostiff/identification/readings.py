@@ -61,7 +61,7 @@ class ReadingModel:
                 raise InputError("marker", got=name, expected=f"one of {', '.join(self.names)}")
         states = States.of(self.statics.robot, measured, self.frames(x)[0])
         statics = self.statics.of_readings(measured, states)
-        statics, _ = statics.checked(x[: len(self.parameters)])
+        statics, _ = statics.with_kernel_checked(x[: len(self.parameters)])
         return replace(self, measured=measured, statics=statics).with_errors_of_loads(x)
 
     def with_errors_of_loads(self, x: np.ndarray) -> ReadingModel:
@@ -78,7 +78,7 @@ class ReadingModel:
                 states = States.of(self.statics.robot, moved, self.frames(x)[0])
                 statics = self.statics.with_states(states)
                 model = replace(self, measured=moved, statics=statics)
-                sides.append(model.predicted(x)[0][: len(errors)])
+                sides.append(model.prediction(x)[0][: len(errors)])
             errors = np.hypot(errors, np.nan_to_num(0.5 * (sides[0] - sides[1])))
         return replace(self, by_loads=errors if measured.sigma_wrench.any() else None)
 
@@ -150,11 +150,11 @@ class ReadingModel:
         n = len(self.parameters)
         return np.concatenate([np.arange(n), n + np.flatnonzero(self.sought)])
 
-    def predicted(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def prediction(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Readings (M,) and their rates (M, n) with the unknowns; of the last x they are kept."""
-        return kept_for_last(ReadingModel._predicted, self, x)
+        return kept_for_last(ReadingModel._prediction, self, x)
 
-    def _predicted(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _prediction(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         measured, states = self.measured, self.statics.states
         n, count = len(self.parameters), len(measured)
         places = self.statics.at(x[:n])

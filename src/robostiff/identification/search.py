@@ -54,7 +54,7 @@ class Fit:
     too_few: str = ""  # what is missing, where there are less numbers than unknowns
 
 
-def fitted(
+def fit(
     model: ReadingModel,
     start: np.ndarray,
     bounds: tuple[np.ndarray, np.ndarray],
@@ -70,42 +70,44 @@ def fitted(
         report = Identifiability(tuple(range(len(start))), (), (), ())
         known = np.ones(read, dtype=bool)
         return model, Fit(start, start, bounds, loss, report, False, known, too_few)
-    model, fit = _fitted(model, start, bounds, loss)
+    model, fit = _fit(model, start, bounds, loss)
     if model.sought[:6].any() and LoadAxes.INSTRUMENT in model.measured.axes:
         for _ in range(_TURNS):  # loads turn with the instrument
             before = model.frames(fit.x)[0]
-            model, fit = _fitted(model.of(model.measured, fit.x), fit.x, bounds, loss)
+            model, fit = _fit(model.of(model.measured, fit.x), fit.x, bounds, loss)
             if np.abs(model.frames(fit.x)[0] - before).max() < _SAME_TURN:
                 break
     return model, fit
 
 
-def _fitted(
+def _fit(
     model: ReadingModel,
     start: np.ndarray,
     bounds: tuple[np.ndarray, np.ndarray],
     loss: Squares | Robust,
 ) -> tuple[ReadingModel, Fit]:
     """The fit from unknowns `start` (n,) on, within bounds (n,), and the model with its states."""
-    known, sigma = _known(model, start), model.sigma[:, None]
-    report = identifiability((model.predicted(start)[1] / sigma)[known], model.unknowns)
-    x, converged = _searched(model, start, report.fixed, bounds, loss, known)
-    again = identifiability((model.predicted(x)[1] / sigma)[known], model.unknowns)
+    known, sigma = _where_known(model, start), model.sigma[:, None]
+    report = identifiability((model.prediction(start)[1] / sigma)[known], model.unknowns)
+    x, converged = _search(model, start, report.fixed, bounds, loss, known)
+    again = identifiability((model.prediction(x)[1] / sigma)[known], model.unknowns)
     if set(again.fixed) != set(report.fixed):  # the start was in a special place, or the end is
         report = again
-        x, converged = _searched(model, x, report.fixed, bounds, loss, known)
-    statics, _ = model.statics.checked(x[: len(model.parameters)])
+        x, converged = _search(model, x, report.fixed, bounds, loss, known)
+    statics, _ = model.statics.with_kernel_checked(x[: len(model.parameters)])
     at_end = replace(model, statics=statics)
-    if not np.array_equal(_known(at_end, x), known):  # near singular postures it has become another
-        before, known = np.count_nonzero(known), _known(at_end, x)
-        x, converged = _searched(at_end, x, report.fixed, bounds, loss, known)
+    if not np.array_equal(
+        _where_known(at_end, x), known
+    ):  # near singular postures it has become another
+        before, known = np.count_nonzero(known), _where_known(at_end, x)
+        x, converged = _search(at_end, x, report.fixed, bounds, loss, known)
         converged = converged and bool(np.count_nonzero(known) >= _KEPT * before)
     return at_end, Fit(x, start, bounds, loss, report, converged, known)
 
 
-def _known(model: ReadingModel, x: np.ndarray) -> np.ndarray:
+def _where_known(model: ReadingModel, x: np.ndarray) -> np.ndarray:
     """Numbers (M,) whose rates are known; InputError where none are."""
-    y, J = model.predicted(x)
+    y, J = model.prediction(x)
     known = np.isfinite(y) & np.isfinite(J).all(axis=1)
     if np.count_nonzero(known) < J.shape[1]:
         raise InputError(
@@ -117,7 +119,7 @@ def _known(model: ReadingModel, x: np.ndarray) -> np.ndarray:
     return known
 
 
-def _searched(
+def _search(
     model: ReadingModel,
     x: np.ndarray,
     fixed: Sequence[int],
@@ -140,7 +142,7 @@ def _searched(
     def at(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         point = x.copy()
         point[free] = z
-        y, J = model.predicted(point)
+        y, J = model.prediction(point)
         r, J = (y[known] - values) / sigma, J[np.ix_(known, free)] / sigma[:, None]
         lost = ~(np.isfinite(r) & np.isfinite(J).all(axis=1))
         r[lost], J[lost] = 0.0, 0.0

@@ -242,7 +242,7 @@ class FiniteLoads:
             platforms.points, platforms.axes, none, rates, codes, platforms.drives, of_drives
         )
 
-    def checked(self, values: np.ndarray) -> tuple[FiniteLoads, np.ndarray]:
+    def with_kernel_checked(self, values: np.ndarray) -> tuple[FiniteLoads, np.ndarray]:
         """The same with those states lost in which kernel and `equilibrium` do not agree.
 
         And status codes (S,). Without it all states that the kernel guards are lost.

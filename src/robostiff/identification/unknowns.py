@@ -131,7 +131,7 @@ def with_unknowns(
             hint="give joints of an arm; of legs, identify compliances",
         )
     legs = tuple(
-        replace(leg, chain=_changed(leg.chain, f"{leg.name}/", changes)) for leg in robot.legs
+        replace(leg, chain=_with_symbols(leg.chain, f"{leg.name}/", changes)) for leg in robot.legs
     )
     nominal |= {unknown.name: unknown.nominal for unknown in unknowns}
     nominal = {name: value for name, value in nominal.items() if name not in constants}
@@ -259,7 +259,7 @@ def _with_zero(element: Element, zero: Any) -> tuple[Element, ...]:
     return (Rigid(frame, f"zero of {element.name}"), element)
 
 
-def _changed(chain: Chain, prefix: str, changes: Mapping[str, tuple[_Change, Any]]) -> Chain:
+def _with_symbols(chain: Chain, prefix: str, changes: Mapping[str, tuple[_Change, Any]]) -> Chain:
     """A chain with symbols at the parts of these names."""
     if not any(name.startswith(prefix) for name in changes):
         return chain
@@ -268,7 +268,9 @@ def _changed(chain: Chain, prefix: str, changes: Mapping[str, tuple[_Change, Any
         name = prefix + element.name
         if isinstance(element, ParallelBlock):
             branches = (
-                replace(branch, chain=_changed(branch.chain, f"{name}/{branch.name}/", changes))
+                replace(
+                    branch, chain=_with_symbols(branch.chain, f"{name}/{branch.name}/", changes)
+                )
                 for branch in element.branches
             )
             elements.append(replace(element, branches=tuple(branches)))
@@ -397,7 +399,7 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
             size = np.abs(vector)
             members = [i for i in np.argsort(-size) if size[i] > _PART * size.max() and i != pivot]
             unknown, others = unknowns[free[pivot]], [unknowns[free[i]] for i in members]
-            words = f"no measurement distinguishes {_listed([unknown, *others])}"
+            words = f"no measurement distinguishes {_names_in_words([unknown, *others])}"
             if len(others) == 1 and unknown.kind is others[0].kind is UnknownKind.COMPLIANCE:
                 ratio = vector[members[0]] / vector[pivot]
                 if abs(ratio * length[free[pivot]] / length[free[members[0]]] + 1) < 1e-3:
@@ -413,15 +415,17 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
                     size = np.abs(vector)
                     group = [several[i] for i in np.argsort(-size) if size[i] > 0.1]
                     weak.append(
-                        f"{_listed(group)} {'are' if len(group) > 1 else 'is'} hardly determined: "
+                        f"{_names_in_words(group)} {'are' if len(group) > 1 else 'is'} hardly determined: "
                         f"errors grow {number(s[0] / value, 1)} times in this direction"
                     )
-            weak += _correlated(R, several, _CORRELATED, np.inf)
-            correlated = _correlated(R, several, _REPORTED, _CORRELATED)
+            weak += _correlations(R, several, _CORRELATED, np.inf)
+            correlated = _correlations(R, several, _REPORTED, _CORRELATED)
     return Identifiability(tuple(fixed), tuple(sentences), tuple(weak), tuple(correlated))
 
 
-def _correlated(R: np.ndarray, unknowns: Sequence[Unknown], least: float, most: float) -> list[str]:
+def _correlations(
+    R: np.ndarray, unknowns: Sequence[Unknown], least: float, most: float
+) -> list[str]:
     """Parameters whose errors go together with those of others, by correlations between two."""
     inverse = np.linalg.pinv(R)
     covariance = inverse @ inverse.T
@@ -433,13 +437,13 @@ def _correlated(R: np.ndarray, unknowns: Sequence[Unknown], least: float, most: 
         others = [unknowns[j] for j in range(i + 1, len(unknowns)) if together[i, j]]
         if others and unknown.kind is not UnknownKind.FRAME:
             sentences.append(
-                f"errors of {unknown.name} go together with those of {_listed(others)}, "
+                f"errors of {unknown.name} go together with those of {_names_in_words(others)}, "
                 f"correlations above {least}: other postures or loads would distinguish them"
             )
     return sentences
 
 
-def _listed(unknowns: Sequence[Unknown]) -> str:
+def _names_in_words(unknowns: Sequence[Unknown]) -> str:
     """Names in a sentence; of many the first ones."""
     names = names_in_words(unknowns)
     shown = [*names[:6], *([f"{len(names) - 6} more"] if len(names) > 6 else [])]

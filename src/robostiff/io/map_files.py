@@ -13,7 +13,7 @@ import numpy as np
 
 from robostiff.analysis.maps import PoseList
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, Mapped, coordinate_units
-from robostiff.analysis.maps.store import damaged, open_map
+from robostiff.analysis.maps.store import damage_error, open_map
 from robostiff.errors import FileError, InputError, Location, Words, needs_extra
 from robostiff.io.child_process import READ_HDF5, ProcessLimits, answer_of
 from robostiff.io.csv_table import read_table
@@ -135,10 +135,10 @@ def read_map_netcdf(path: Path) -> xarray.Dataset:
         with xarray.open_dataset(path, engine="h5netcdf") as dataset:
             return dataset.load()
     except FileError as error:
-        raise damaged(path, f"contents that HDF5 cannot read ({error.got})") from None
+        raise damage_error(path, f"contents that HDF5 cannot read ({error.got})") from None
     except Exception as error:  # any failure of HDF5 or xarray at a file of another program
         words = f"contents that cannot be read ({type(error).__name__}: {error})"
-        raise damaged(path, words) from None
+        raise damage_error(path, words) from None
 
 
 def check_netcdf() -> None:

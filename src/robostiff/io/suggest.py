@@ -16,7 +16,7 @@ from robostiff.errors import Words
 Phrase = tuple[Any, str | None, str, str | None]
 
 
-def shown(value: Any) -> Any:
+def as_in_a_file(value: Any) -> Any:
     """A value as it is written in a file."""
     match value:
         case None:
@@ -89,7 +89,7 @@ def phrase(
         with suppress(ValueError):
             float(value)
             hint = "write it without quotes"
-    return shown(value), expected, "wrong value", hint
+    return as_in_a_file(value), expected, "wrong value", hint
 
 
 def values(number: int) -> str:
@@ -162,7 +162,7 @@ def listing(words: Sequence[str], limit: int = 60) -> str:
     return ", ".join([*words[:limit], f"... ({len(words)} in all)"])
 
 
-def numbered(names: Sequence[str | None], kinds: Sequence[str]) -> list[str]:
+def free_names(names: Sequence[str | None], kinds: Sequence[str]) -> list[str]:
     """The names; in place of none the kind and the next number that makes a free one.
 
     Examples

@@ -19,7 +19,7 @@ from pydantic.json_schema import GenerateJsonSchema
 from robostiff.errors import UNSAID, FileError, InputError, Location, Words
 from robostiff.frozen import frozen
 from robostiff.io.document import Document
-from robostiff.io.suggest import did_you_mean, listing, nearest, phrase, shown, values
+from robostiff.io.suggest import did_you_mean, listing, nearest, phrase, as_in_a_file, values
 
 Step = str | int
 
@@ -170,7 +170,9 @@ def _problem(details: Mapping[str, Any], model: type[BaseModel], data: Any) -> P
         parts = cause.got, cause.expected, cause.subject, cause.hint
         return Problem(path, *parts, location=getattr(cause, "location", None))
     words = phrase(kind, value, context, metadata)
-    return Problem(path, *(words or (shown(value), None, str(cause or details["msg"]), None)))
+    return Problem(
+        path, *(words or (as_in_a_file(value), None, str(cause or details["msg"]), None))
+    )
 
 
 def _problem_of_key(
@@ -207,7 +209,7 @@ def _problem_of_key(
 def _problem_of_tag(value: Any, name: str, path: tuple[Step, ...], annotation: Any) -> Problem:
     """A mapping without the word that says of which kind it is, or with another word."""
     if not isinstance(value, dict):
-        return Problem(path, shown(value), "a mapping")
+        return Problem(path, as_in_a_file(value), "a mapping")
     allowed, key = list(tags(annotation, name)), (*path, name)
     if name in value:
         return _unknown_word(value[name], allowed, key)
@@ -217,7 +219,7 @@ def _problem_of_tag(value: Any, name: str, path: tuple[Step, ...], annotation: A
 def _unknown_word(value: Any, words: list[str], path: tuple[Step, ...]) -> Problem:
     expected = " or ".join(map(repr, words)) if len(words) <= 3 else _one_of(words)
     hint = did_you_mean(value, words) if isinstance(value, str) else None
-    return Problem(path, shown(value), expected, "unknown word", hint)
+    return Problem(path, as_in_a_file(value), expected, "unknown word", hint)
 
 
 def _one_of(words: list[str]) -> str:

@@ -26,7 +26,7 @@ from robostiff.spatial.batch import (
     matrix_of_columns,
     poses_side_by_side,
     product,
-    transposed,
+    transpose,
 )
 from robostiff.spatial.screw import twists_of_screws
 
@@ -112,7 +112,7 @@ def leg_compliance(
         for i, drive in enumerate(drives):
             k = drive.stiffness
             softer[..., i] /= k[..., None] if isinstance(k, np.ndarray) else k
-        C = C + product(J, transposed(softer))
+        C = C + product(J, transpose(softer))
     return np.broadcast_to(C, (*at.shape[:-1], 6, 6)) if C.ndim < at.ndim + 1 else C
 
 
@@ -124,7 +124,7 @@ def spring_compliance(
     J = J_v diag(R, R) leads from its far end and its own axes to that point.
     """
     J = product(twist_transport(at - spring.point), block_rotation(spring.rotation))
-    return product(product(J, spring.elasticity.compliance), transposed(J))
+    return product(product(J, spring.elasticity.compliance), transpose(J))
 
 
 def _plain(leg: PlacedLeg) -> Iterator[PlacedFreedom | PlacedSpring]:
@@ -203,7 +203,7 @@ def _loads_of_springs(
     modes = modes[..., np.any(modes != 0, axis=tuple(range(modes.ndim - 1)))]
     unit, size = _unit(modes, length)
     F, M = _moved(wrenches, beside([spring.point for spring in springs], axes, 1) - at)
-    to_own = transposed(beside([spring.rotation for spring in springs], axes, 2))
+    to_own = transpose(beside([spring.rotation for spring in springs], axes, 2))
     return _along(unit, product(to_own, F), product(to_own, M)), size
 
 
@@ -229,7 +229,7 @@ def _unit(twists: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _along(unit: np.ndarray, F: np.ndarray, M: np.ndarray) -> np.ndarray:
-    unit = transposed(unit)
+    unit = transpose(unit)
     return product(unit[..., :3], F) + product(unit[..., 3:], M)
 
 

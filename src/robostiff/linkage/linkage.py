@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.elasticity import moved
+from robostiff.elasticity import in_element_axes
 from robostiff.errors import InputError
 from robostiff.frozen import field, frozen, replace
 from robostiff.kept import kept
@@ -231,7 +231,7 @@ def turned_round(connection: Connection) -> Connection:
     if isinstance(element, Link):  # by energy: the wrench is the same, taken about the other end
         to, own = np.asarray(element.to), element.elasticity
         axes = element.axes @ _ROUND  # a beam is one along x from the other end, too
-        elasticity = moved(own, _ROUND, axes.T @ -to)
+        elasticity = in_element_axes(own, _ROUND, axes.T @ -to)
         if own.segments is not None:
             elasticity = replace(elasticity, segments=own.segments[::-1])
         masses = tuple(

@@ -131,7 +131,7 @@ def record_linkage(
     placed = bodies.tree.placed(bodies.row(q))
     R, p = placed.at(bodies.frames[part.platform])
     reference = p + R @ part.reference_point
-    reference = np.array([record.simplified(x, driven.home.length) for x in reference])
+    reference = np.array([record.simplify(x, driven.home.length) for x in reference])
     length = (
         network_of(driven.part.numeric, driven.home).characteristic_length or driven.home.length
     )
@@ -192,7 +192,7 @@ def _simple(
     record, length = recorder.record, recorder.length
 
     def plain(x: np.ndarray, size: float = 1.0) -> np.ndarray:
-        flat = [record.simplified(one, size) for one in x.ravel()]
+        flat = [record.simplify(one, size) for one in x.ravel()]
         return np.array(flat, dtype=object).reshape(x.shape)
 
     return tuple(

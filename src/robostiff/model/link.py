@@ -34,7 +34,7 @@ from robostiff.spatial.formula import (
     is_above,
     is_formula,
     length_of,
-    tidied,
+    tidy,
     vanishes,
 )
 
@@ -242,7 +242,7 @@ def beam_axes(to: Entries, y_axis: Entries | None) -> np.ndarray:
         across = np.cross(along, start)
         if not vanishes(across):
             z = across / length_of(across)
-            return np.stack([x, tidied(np.cross(z, x)), z], axis=-1)
+            return np.stack([x, tidy(np.cross(z, x)), z], axis=-1)
     elif (axes := axes_towards(x, start)) is not None:
         return axes
     raise InputError("y axis of the section", got=y_axis, expected="a direction across the beam")

@@ -114,7 +114,7 @@ class Assembly:
     steady: Sequence[Any] = ()
     moment: np.ndarray = field(default_factory=lambda: np.zeros(6))
 
-    def named(self, name: str, subject: str) -> tuple[NamedBody, np.ndarray | None]:
+    def body_of_name(self, name: str, subject: str) -> tuple[NamedBody, np.ndarray | None]:
         """A body by its name, and its point; None of the platform, which has its own.
 
         Raises InputError when there is none.

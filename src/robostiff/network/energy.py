@@ -89,10 +89,10 @@ def energy_stiffness(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE)
             G = np.vstack([G, row / np.linalg.norm(row)])
         else:
             E.append(row[None] * np.sqrt(own.stiffness / equations.stiffness))
-    return _condensed(np.vstack(E), G, bodies[network.platform], equations)
+    return _condense(np.vstack(E), G, bodies[network.platform], equations)
 
 
-def _condensed(E: np.ndarray, G: np.ndarray, platform: slice, equations: Equations) -> np.ndarray:
+def _condense(E: np.ndarray, G: np.ndarray, platform: slice, equations: Equations) -> np.ndarray:
     """Least energy for unit displacements of the platform, subject to G z = 0."""
     from scipy.linalg import qr, solve_triangular
 

@@ -25,7 +25,7 @@ _PANEL = 64
 _LONG = 1.4
 
 
-def dissected(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iterator[np.ndarray]:
+def dissection(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iterator[np.ndarray]:
     """Bodies in an order of elimination that fills in little, in pieces.
 
     Parameters
@@ -80,7 +80,7 @@ def dissected(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Iter
     of_bodies, of_pairs = side[bodies], side[pairs]
     for own in range(int(part.max()) + 1):
         inside = np.all(of_pairs == own, axis=1)
-        yield from dissected(bodies[of_bodies == own], pairs[inside], places)
+        yield from dissection(bodies[of_bodies == own], pairs[inside], places)
         if np.any(last == own):
             yield border[last == own]
 

@@ -177,7 +177,7 @@ def network_response(
     _check_holds(found)
     beams = {}
     for k, beam in enumerate(network.beams):
-        end = block_rotation(beam.rotation).T @ found.carried(k)
+        end = block_rotation(beam.rotation).T @ found.wrench_of(k)
         start = move_wrench(end, np.array([-beam.length, 0.0, 0.0]))
         start += on_beams[k][1].at_start if k in on_beams else 0.0
         beams[beam.name] = SectionForces(start, end)

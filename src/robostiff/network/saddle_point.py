@@ -25,7 +25,7 @@ from robostiff.network.mobility import (
     null_spaces,
     pinning_coordinates,
 )
-from robostiff.network.multifrontal import CholeskyFactors, dissected, lower_blocks
+from robostiff.network.multifrontal import CholeskyFactors, dissection, lower_blocks
 from robostiff.spatial.batch import block_diagonal
 
 if TYPE_CHECKING:
@@ -285,7 +285,7 @@ def condensed_system(
         ]
     )
     pairs = pairs[np.all(is_free[pairs], axis=1)]
-    pieces = [*dissected(bodies, pairs, places), np.array([platform])]
+    pieces = [*dissection(bodies, pairs, places), np.array([platform])]
     order = np.concatenate(pieces)
     number = np.full(len(names), -1)
     number[order] = np.arange(len(order))
@@ -375,12 +375,12 @@ class SaddlePointSystem:
             return x, 0.0
         if (condensed := self.condensed) is not None:
             fixed = self.platform_fixed
-            x, last = _refined(
+            x, last = _refine(
                 lambda x: condensed.step(right, x, platform_fixed=fixed), x, _STEPS_OF_CONDENSED
             )
         if not last < _ENOUGH:
             b, kept = right[self.kept], np.zeros((len(self.kept), right.shape[1]))
-            kept, last = _refined(lambda x: self.lu.solve(b - self.regular @ x), kept, _REFINEMENTS)
+            kept, last = _refine(lambda x: self.lu.solve(b - self.regular @ x), kept, _REFINEMENTS)
             x = np.zeros(right.shape)
             x[self.kept] = kept
         return x, last
@@ -397,7 +397,7 @@ class SaddlePointSystem:
             right[self.matrix.rows_of[node]] += equations.transport(node, point).T @ scaled
         return right
 
-    def driven(self, right: np.ndarray) -> Mechanism | None:
+    def mechanism_driven_by(self, right: np.ndarray) -> Mechanism | None:
         """A mechanism on whose motion a right side (size,) does work, if there is one."""
         size = max(np.linalg.norm(right[rows]) for rows in self.matrix.rows_of.values())
         for mechanism in self.mobility.mechanisms:
@@ -410,7 +410,7 @@ class SaddlePointSystem:
         return None
 
 
-def _refined(
+def _refine(
     step: Callable[[np.ndarray], np.ndarray], x: np.ndarray, most: int
 ) -> tuple[np.ndarray, float]:
     """Solution by a step from nothing and some more, and the last one as a part of it.

@@ -16,7 +16,7 @@ from robostiff.elastostatics import (
     Tolerance,
 )
 from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
-from robostiff.elastostatics.leg import loads_of_modes, transmitted
+from robostiff.elastostatics.leg import loads_of_modes, transmitted_wrenches
 from robostiff.elastostatics.tolerance import smallest_held_stiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.frozen import frozen, replace
@@ -96,7 +96,7 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Deta
         # The platform moves by each unit displacement; the reactions are the columns of K.
         x, step = system.solve(M_p)
         K = M_p[platform] - M_p.T @ x
-        K = _on_held(0.5 * (K + K.T), W)
+        K = _of_its_rank(0.5 * (K + K.T), W)
         doubtful |= step > CONVERGED
         smallest = float(smallest_held_stiffness(K, np.array(rank)))
         doubtful |= smallest <= tolerance.near_rigidity
@@ -115,7 +115,7 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Deta
     if rigid.shape[1]:
         carried = _among_rigid(network, W, equations)
     elif smallest > tolerance.rigidity:
-        carried = transmitted(replace(whole, held=W)).conjugate
+        carried = transmitted_wrenches(replace(whole, held=W)).conjugate
     else:
         carried = ConjugateWrenches.none(n)
     return Details.of(
@@ -141,7 +141,7 @@ def _among_rigid(network: Network, W: np.ndarray, equations: Equations) -> Conju
     return conjugate_wrenches(W, *loads_of_modes(modes.T)(np.eye(len(C))), tolerance)
 
 
-def _on_held(K: np.ndarray, W: np.ndarray) -> np.ndarray:
+def _of_its_rank(K: np.ndarray, W: np.ndarray) -> np.ndarray:
     """K of its rank: rounding must not stiffen free motions.
 
     ``K W (W^T K W)^-1 W^T K`` is K where K has the rank of W, and an error of W, the wrenches that
@@ -229,7 +229,7 @@ def compliance_between(
     at_points = given.reshape(len(places), n, -1)
     right = system.forces([(node, F, at) for (node, at), F in zip(places, at_points, strict=True)])
     for column, own in enumerate(right.T):
-        if system.driven(own) is not None:
+        if system.mechanism_driven_by(own) is not None:
             node, point = places[column // n if loads is None else 0]
             what = f"at {point.tolist()} of node {node!r}" if loads is None else f"of load {column}"
             raise NoAnswerError(f"no compliance {what}: {Status.FREE_MOTIONS.advice[0]}")
@@ -305,7 +305,7 @@ class LoadedNetwork:
 
         The reactions must balance the loads as they are `given`.
         """
-        driven = system.driven(right[:, 0])
+        driven = system.mechanism_driven_by(right[:, 0])
         moved = np.zeros(right.shape) if displaced is None else displaced
         x, step = system.solve(right - system.matrix.times(moved))
         status = Status.OK if driven is None else Status.UNBALANCED
@@ -339,7 +339,7 @@ class LoadedNetwork:
             found[name][0][list(self.equations.network.space.rows)] = self.twist(name, point)
         return found
 
-    def carried(self, k: int) -> np.ndarray:
+    def wrench_of(self, k: int) -> np.ndarray:
         """What connection k carries about its point (6,), zero out of a planar network's plane."""
         equations, F = self.equations, np.zeros(6)
         W_T = equations.connections[k].ends[-1][2]
@@ -367,7 +367,7 @@ class LoadedNetwork:
                     energy += (of_beam_loads or {}).get(k, 0.0)
                     energies.append((before or "network", name, energy))
                 continue
-            F, point = self.carried(k), c.ends[-1][1]
+            F, point = self.wrench_of(k), c.ends[-1][1]
             is_determined = k not in self.system.dependent.undetermined
             if is_determined and element.freedoms:
                 names = ", ".join(freedom.name for freedom in element.freedoms)

@@ -58,7 +58,7 @@ def machine_page(machine: Any) -> Page:
     if hasattr(machine, "cables"):
         facts["cables"] = ", ".join(machine.cable_names)
     elif isinstance(machine, Network):
-        facts["parts"] = _counted(_network_facts(machine))
+        facts["parts"] = _counts(_network_facts(machine))
     elif isinstance(machine, Linkage):
         joints = [
             [joint.name, f"{c.a}, {c.b}", joint.kind.value, type(joint.role).__name__.lower()]
@@ -243,7 +243,7 @@ def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
     if facts["kind"] == "cable robot":
         yield f"cables: {', '.join(facts['cables'])}"
     if facts["kind"] == "network":
-        yield _counted(facts)
+        yield _counts(facts)
     yield from masses_in_words(facts)
     if "gravity" in facts:
         yield f"gravity: ({row(np.array(facts['gravity']))}) m/s^2"
@@ -255,7 +255,7 @@ def _fact_lines(facts: Mapping[str, Any]) -> Iterator[str]:
         )
 
 
-def _counted(facts: Mapping[str, Any]) -> str:
+def _counts(facts: Mapping[str, Any]) -> str:
     """Bodies and parts of a network in words."""
     counted = ("bodies", "beams", "springs", "joints", "passive_freedoms", "elastic_freedoms")
     words = [(facts[key], key.replace("_", " ")) for key in counted if facts[key]]

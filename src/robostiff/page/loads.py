@@ -26,8 +26,8 @@ from robostiff.markup import (
     row,
 )
 from robostiff.network import NetworkResponse
-from robostiff.page.of_result import UNDER_LOAD, attributes, order, picked
-from robostiff.page.stiffness import energy_table, load_table, named
+from robostiff.page.of_result import UNDER_LOAD, attributes, order, attributes_of
+from robostiff.page.stiffness import energy_table, load_table, named_values
 from robostiff.statics import CriticalLoad, Equilibrium, Modes
 
 if TYPE_CHECKING:
@@ -57,10 +57,12 @@ def equilibrium_page(
         "compliance": result.compliance if known and has_C else None,
         "margins": dict(result.margins),
         "reactions": result.reactions if known else [],
-        "parts": picked(
+        "parts": attributes_of(
             result.parts if known else (), "leg part number of wrench point motion load energy"
         ),
-        "springs": picked(result.springs if known else (), "name points length tension energy"),
+        "springs": attributes_of(
+            result.springs if known else (), "name points length tension energy"
+        ),
     }
     blocks = _equilibrium_blocks(result) if known else []
     if critical is not None:
@@ -183,7 +185,7 @@ _SHARES = 3  # parts with the most energy, of each mode
 
 def modes_page(result: Modes, masses: Any = None, in_words: tuple[str, ...] = ()) -> Page:
     """Natural vibrations, slowest first, and the masses of the model as `check` has them."""
-    pairs = zip(picked(result, "frequency growth twist words"), result, strict=True)
+    pairs = zip(attributes_of(result, "frequency growth twist words"), result, strict=True)
     rows: list[list[Cell]] = []
     for i, mode in enumerate(result.each[:_MOST], start=1):
         most = [part for part in mode.shares[:_SHARES] if part.share >= 0.005]
@@ -205,7 +207,8 @@ def modes_page(result: Modes, masses: Any = None, in_words: tuple[str, ...] = ()
             "order": order(result.space),
             "units": {"length": "m", "angle": "rad", "frequency": "Hz", "growth": "1/s"},
             "modes": [
-                {**facts, "shares": picked(mode.shares, "leg part share")} for facts, mode in pairs
+                {**facts, "shares": attributes_of(mode.shares, "leg part share")}
+                for facts, mode in pairs
             ],
             "masses": masses,
         },
@@ -223,14 +226,14 @@ def response_page(result: NetworkResponse) -> Page:
     turns = space.size - d
     twists, shifts = (_without_rounding(motions, d) for motions in (result.twists, result.shifts))
     reactions = _without_rounding(result.reactions, d)
-    moved = [(n, named(space.twist_order, 1e6 * t, "µm", "µrad")) for n, t in twists.items()]
+    moved = [(n, named_values(space.twist_order, 1e6 * t, "µm", "µrad")) for n, t in twists.items()]
     for name in result.free_nodes:
         words = "can move freely"
         if name in shifts:
-            shift = named(space.twist_order[:d], 1e6 * shifts[name], "µm", "µrad")
+            shift = named_values(space.twist_order[:d], 1e6 * shifts[name], "µm", "µrad")
             words = f"{shift}; it spins freely"
         moved.append((name, words))
-    supports = [(n, named(space.wrench_order, F, "N", "N m")) for n, F in reactions.items()]
+    supports = [(n, named_values(space.wrench_order, F, "N", "N m")) for n, F in reactions.items()]
     supports += [(n, "statically indeterminate") for n in network.fixed if n not in reactions]
     blocks: list[Block | None] = [
         Table(("node", "displacement [µm, µrad]"), moved),

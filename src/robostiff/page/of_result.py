@@ -106,7 +106,7 @@ def attributes(result: Any, names: str, known: bool = True) -> dict[str, Any]:
     return {name: getattr(result, name) if known else None for name in names.split()}
 
 
-def picked(parts: Iterable[Any], names: str) -> list[dict[str, Any]]:
+def attributes_of(parts: Iterable[Any], names: str) -> list[dict[str, Any]]:
     """The same attributes of each of some parts."""
     return [attributes(part, names) for part in parts]
 

@@ -23,7 +23,7 @@ from robostiff.markup import (
     number,
     row,
 )
-from robostiff.page.of_result import UNDER_LOAD, attributes, order, page_data, picked
+from robostiff.page.of_result import UNDER_LOAD, attributes, order, page_data, attributes_of
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def stiffness_page(result: Stiffness) -> Page:
             pulls = size * float(result.length) > 1e-9 * np.linalg.norm(moment)
             unit = wrench / (size if pulls else np.linalg.norm(moment))
             unit = np.round(unit * np.sign(unit[np.argmax(np.abs(unit))]), 9) + 0.0
-            words = named(result.space.wrench_order, unit, "N", "N m")
+            words = named_values(result.space.wrench_order, unit, "N", "N m")
             facts.append(("rigid direction", words))
         facts.append(("decided by", str(result.decision)))
     facts.append(("method", f"{result.method.name}, {result.method.equation}"))
@@ -86,7 +86,7 @@ def deflection_page(result: Deflection) -> Page:
     """The deflection of a robot at a pose."""
     answer = result.stiffness
     reached = Status.UNREACHABLE not in answer.status
-    load = named(answer.space.wrench_order, result.wrench, "N", "N m")
+    load = named_values(answer.space.wrench_order, result.wrench, "N", "N m")
     if result.work_of_loads:  # none of springs between bodies
         load = f"{'' if load == 'none' else f'{load}; '}forces or weights at bodies"
     blocks: list[Block | None] = []
@@ -106,9 +106,9 @@ def deflection_page(result: Deflection) -> Page:
             "wrench": result.wrench,
             "deflection": result.twist if result.has_answer else None,
             "energy": result.energy if result.has_answer else None,
-            "parts": picked(result.parts, "leg part energy share"),
-            "actuators": picked(result.actuators, "leg joint load travel unit"),
-            "reactions": picked(result.reactions, "leg joint wrench point"),
+            "parts": attributes_of(result.parts, "leg part energy share"),
+            "actuators": attributes_of(result.actuators, "leg joint load travel unit"),
+            "reactions": attributes_of(result.reactions, "leg joint wrench point"),
             "free_motions": [str(motion) for motion in answer.free_motions] if reached else [],
         },
         result,
@@ -125,7 +125,7 @@ def verification_page(result: Verification) -> Page:
         distance = "" if comparison.distance is None else Number(comparison.distance)
         rows.append([comparison.method, distance, comparison.outcome.value, comparison.reason])
     verdict = "agree" if result.agree else "DISAGREE"
-    compared = picked(result.comparisons, "method outcome distance rank reason")
+    compared = attributes_of(result.comparisons, "method outcome distance rank reason")
     return Page(
         reference.name,
         place_of(reference),
@@ -273,7 +273,7 @@ def actuator_table(result: Deflection) -> Table | None:
     return Table(["actuator", "load", "deflection"], rows)
 
 
-def named(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> str:
+def named_values(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> str:
     """Values with their names and units, zeros left out."""
     parts = [
         f"{name} {number(value)} {angular if name[0] in 'Mr' else unit}"
@@ -285,7 +285,7 @@ def named(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> 
 
 def cable_tensions_page(result: CableTensions) -> Page:
     """Tensions of a cable robot at a single pose."""
-    blocks = [*_balanced(result), tension_table(result) if result.feasible else None]
+    blocks = [*_wrench_beside_weight(result), tension_table(result) if result.feasible else None]
     data = attributes(result, "pose reference_point wrench cable_names values rule")
     return posed_page(result, [*blocks, Facts((("tensions", result.rule),))], data)
 
@@ -293,7 +293,7 @@ def cable_tensions_page(result: CableTensions) -> Page:
 def cable_stiffness_page(result: CableStiffness) -> Page:
     """Tensions and stiffness of a cable robot at a single pose."""
     answered = bool(np.all(result.answered))
-    blocks = _balanced(result)
+    blocks = _wrench_beside_weight(result)
     if answered:
         blocks += [tension_table(result), Facts((("tensions", result.rule),))]
         blocks += [stiffness_matrix(result), *_rank_and_motions(result)]
@@ -334,8 +334,8 @@ def cable_stiffness_page(result: CableStiffness) -> Page:
 def cable_response_page(response: CableResponse) -> Page:
     """A cable robot under a load: where it rests, tensions, and stiffness there."""
     before, after, event = response.before, response.after, response.first_slack
-    load = named(before.space.wrench_order, response.load, "N", "N m")
-    blocks = _balanced(before)
+    load = named_values(before.space.wrench_order, response.load, "N", "N m")
+    blocks = _wrench_beside_weight(before)
     if response.has_answer:
         blocks += cable_load_blocks(response)
     else:
@@ -393,9 +393,9 @@ def tension_table(
     return Table(list(columns), [[name, *map(Number, map(float, own))] for name, *own in rows])
 
 
-def _balanced(result: CableStiffness | CableTensions) -> list[Block | None]:
+def _wrench_beside_weight(result: CableStiffness | CableTensions) -> list[Block | None]:
     """The wrench beside the weight that the cables balance."""
-    words = named(result.placed.space.wrench_order, result.wrench, "N", "N m")
+    words = named_values(result.placed.space.wrench_order, result.wrench, "N", "N m")
     return [Facts((("balanced", words),))] if np.any(result.wrench) else []
 
 

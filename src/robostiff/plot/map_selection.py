@@ -112,7 +112,7 @@ def select(
             )
     if len(set(along)) < len(along):
         raise InputError("coordinates of a plot", got=along, expected="each name once")
-    chosen, words = _chosen(dataset, array, along, at)
+    chosen, words = _selection(dataset, array, along, at)
     remaining = [
         str(dim)
         for dim in array.dims
@@ -185,7 +185,7 @@ def checked_map(dataset: Any) -> xarray.Dataset:
     return dataset
 
 
-def _chosen(
+def _selection(
     dataset: xarray.Dataset, array: xarray.DataArray, along: tuple[str, ...], at: At
 ) -> tuple[dict[str, int], list[str]]:
     """Indices along the dimensions that are cut, and a description of them."""

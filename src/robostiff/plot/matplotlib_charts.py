@@ -212,7 +212,7 @@ def draw_bars(picture: Bars, canvas: Canvas) -> Axes:
     handles, labels = [], []
     named = any(series.name for panel in picture.panels for series in panel.series)
     for panel, axes in zip(picture.panels, panels, strict=True):
-        handles = (_stacked if picture.is_stacked else _grouped)(axes, panel, canvas)
+        handles = (_stacked_bars if picture.is_stacked else _grouped_bars)(axes, panel, canvas)
         labels = [series.name for series in panel.series] if named else []
         axes.set_xlabel(panel.label)
         axes.set_yticks(range(len(panel.groups)), panel.groups)
@@ -240,7 +240,7 @@ def _stacked_axes(ax: Axes, rows: list[int], room: float) -> list[Axes]:
     return insets
 
 
-def _stacked(ax: Axes, panel: Panel, canvas: Canvas) -> list:
+def _stacked_bars(ax: Axes, panel: Panel, canvas: Canvas) -> list:
     start = np.zeros(len(panel.groups))
     handles = []
     for series in panel.series:
@@ -254,7 +254,7 @@ def _stacked(ax: Axes, panel: Panel, canvas: Canvas) -> list:
     return handles
 
 
-def _grouped(ax: Axes, panel: Panel, canvas: Canvas) -> list:
+def _grouped_bars(ax: Axes, panel: Panel, canvas: Canvas) -> list:
     count = len(panel.series)
     height = 0.8 / count
     handles = []

@@ -193,7 +193,7 @@ def _along(
         behind = f"{name}/{element.name}"
         if isinstance(element, PlacedBlock):
             # a block begins where its branches begin; ends of a block before it meet at the first
-            yield from (_joined(place, starts[0], name, "") for place in starts[1:])
+            yield from (_rigid_line(place, starts[0], name, "") for place in starts[1:])
             for branch in element.branches:
                 yield from _along(branch, name, body, behind, starts[:1])
             starts, slid = [PointOfBody(branch.end, behind) for branch in element.branches], ""
@@ -203,14 +203,14 @@ def _along(
             starts, slid = [at], ""
         else:
             at = PointOfBody(element.point, body)
-            yield from (_joined(place, at, name, slid) for place in starts)
+            yield from (_rigid_line(place, at, name, slid) for place in starts)
             # a rail belongs to the body before the slide, whatever the position of the slide
             starts, slid = [at], element.name if element.slides else ""
         body = behind
-    yield from (_joined(place, PointOfBody(leg.end, end), name, slid) for place in starts)
+    yield from (_rigid_line(place, PointOfBody(leg.end, end), name, slid) for place in starts)
 
 
-def _joined(start: PointOfBody, end: PointOfBody, leg: str, slid: str) -> Line:
+def _rigid_line(start: PointOfBody, end: PointOfBody, leg: str, slid: str) -> Line:
     """A rigid line, or the rail of a slide."""
     return Line(start, end, leg, slid, LineWeight.BOLD if slid else LineWeight.LINE)
 

@@ -34,7 +34,7 @@ from robostiff.plot.sketch import (
     Sketch,
     colours_of_parts,
     exaggeration_note,
-    placed,
+    machine_at,
     unit_of,
 )
 from robostiff.plot.surfaces import perpendicular
@@ -114,7 +114,7 @@ def robot(
     >>> rs.plot.robot(hexapod, deflection=bent).get_title()
     'hexapod'
     """
-    posed = placed(robot, pose, near)
+    posed = machine_at(robot, pose, near)
     is_cables = isinstance(posed, CableStiffness)
     of = getattr(deflection, "before" if is_cables else "stiffness", None)
     if deflection is not None and (of is None or of.name != robot.name):

@@ -328,7 +328,7 @@ Posed = Snapshot | Network | CableStiffness
 Machine = Robot | Snapshot | Network | Linkage | CableRobot | CableStiffness
 
 
-def placed(machine: Machine, pose: Any = None, near: Near = None) -> Posed:
+def machine_at(machine: Machine, pose: Any = None, near: Near = None) -> Posed:
     """A machine at a single pose, in the posture nearest to some joint coordinates.
 
     Raises InputError when it is no machine, or the pose does not fit it, NoAnswerError when the
@@ -367,7 +367,7 @@ def surroundings(machine: Machine | None, result: AnyStiffness) -> Sketch | None
     if machine is None or machine.name == result.name:
         posed = result if isinstance(result, CableStiffness) else result.placed()
     else:
-        posed = placed(machine, result.pose)
+        posed = machine_at(machine, result.pose)
     return Sketch(outline=outline_of(posed))
 
 

@@ -184,7 +184,7 @@ def derivatives_along(
             raise InputError("derivative", got=name, expected=", ".join(record.inputs))
     rates: dict[int, Any] = {record.input(name).step: rate for name, rate in direction.items()}
     steps = [x.step for x in outputs if isinstance(x, Entry)]
-    for step in record.needed(steps):
+    for step in record.steps_needed(steps):
         operation, first, second = record.operation(step)
         if step in rates:
             continue
@@ -222,7 +222,7 @@ def gradient(record: Record, output: Any, names: Sequence[str]) -> list[Any]:
     steps: list[int] = []
     if isinstance(output, Entry):
         rates[output.step] = 1
-        steps = list(record.needed([output.step]))
+        steps = list(record.steps_needed([output.step]))
     for step in reversed(steps):
         operation, first, second = record.operation(step)
         rate = rates.get(step, 0)

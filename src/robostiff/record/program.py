@@ -85,7 +85,7 @@ class Program:
         place = {record.input(name).step: i for i, name in enumerate(inputs)}
         numbers, count = dict[int, float](), len(place)
         operations, first, second = [Operation.INPUT] * count, [-1] * count, [-1] * count
-        for old in record.needed(wanted):
+        for old in record.steps_needed(wanted):
             if old in place:
                 continue
             operation, a, b = record.operation(old)
@@ -104,7 +104,7 @@ class Program:
         steps = self.steps
         return len(steps.operations) - len(self.inputs) - len(steps.numbers)
 
-    def evaluated(
+    def evaluate(
         self, values: Mapping[str, Any], functions: Mapping[Operation, Any] | None = None
     ) -> list[Any]:
         """Results at some values of the inputs, one operation after the other.

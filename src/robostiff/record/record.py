@@ -194,7 +194,7 @@ class Record:
             value = NUMPY_FUNCTIONS[operation](*map(np.array, arguments))
         return self._append(operation, a, b, tuple(value.astype(float).tolist()))
 
-    def simplified(self, value: Any, scale: float = 1.0) -> Any:
+    def simplify(self, value: Any, scale: float = 1.0) -> Any:
         """A simpler entry or number with the same value at all samples, if there is one.
 
         Identities such as cos^2 + sin^2 = 1 are found by value: two formulas that agree to 12
@@ -238,7 +238,7 @@ class Record:
         """The operation of a step, and the steps on which it works; of an input its name."""
         return self.operations[step], self.a[step], self.b[step]
 
-    def needed(self, outputs: Iterable[int], known: Set[int] = frozenset()) -> list[int]:
+    def steps_needed(self, outputs: Iterable[int], known: Set[int] = frozenset()) -> list[int]:
         """The steps on which others depend, in order, themselves included, less known ones."""
         wanted = set(outputs) - known
         waiting = list(wanted)
@@ -258,7 +258,7 @@ class Record:
 
     def cost(self, outputs: Iterable[int]) -> int:
         """Cost of some steps, in additions."""
-        return sum(COSTS[self.operations[step]] for step in self.needed(outputs))
+        return sum(COSTS[self.operations[step]] for step in self.steps_needed(outputs))
 
     def _append(self, operation: Operation, a: Any, b: Any, sample: tuple[float, ...]) -> int:
         step = len(self.operations)

@@ -90,8 +90,8 @@ class RecordedSteps:
         record = self.empty_record(self.inputs)
         values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
         for step in [self.begun, *[self.step] * (self.steps - self.first_steps)]:
-            values |= zip(self.state, step.evaluated(values, ENTRY_FUNCTIONS), strict=True)
-        return Program.of(record, arrived.evaluated(values, ENTRY_FUNCTIONS))
+            values |= zip(self.state, step.evaluate(values, ENTRY_FUNCTIONS), strict=True)
+        return Program.of(record, arrived.evaluate(values, ENTRY_FUNCTIONS))
 
     @cached_property
     def begun(self) -> Program:
@@ -100,7 +100,7 @@ class RecordedSteps:
             return self.first
         record = self.empty_record(self.inputs)
         values = self.state | {name: record.input(name) for name in self.inputs}
-        return Program.of(record, self.step.evaluated(values, ENTRY_FUNCTIONS))
+        return Program.of(record, self.step.evaluate(values, ENTRY_FUNCTIONS))
 
     def empty_record(self, names: Sequence[str]) -> Record:
         """A record in which nothing is decided by samples: what is alike at home need not stay."""
@@ -162,7 +162,7 @@ class RecordedClosure(RecordedSteps):
         """
         record = self.empty_record((*self.inputs, *self.state))
         values: dict[str, Any] = {name: record.input(name) for name in record.inputs}
-        after = self.step.evaluated(values, ENTRY_FUNCTIONS)[: len(self.start)]
+        after = self.step.evaluate(values, ENTRY_FUNCTIONS)[: len(self.start)]
         rates = derivatives_along(record, after, {by: 1})
         moving = dict(zip(self.start, rates, strict=True))
         values |= self._joints_at(values)
@@ -190,18 +190,18 @@ class RecordedClosure(RecordedSteps):
         """Those of a program of leg coordinates, then the last two of the arrival."""
         record = self.empty_record((*self.inputs, *self.state))
         values = {name: record.input(name) for name in record.inputs}
-        gap, mode = self.arrival.evaluated(values, ENTRY_FUNCTIONS)[-2:]
+        gap, mode = self.arrival.evaluate(values, ENTRY_FUNCTIONS)[-2:]
         at_joints = {**values, **self._joints_at(values)}
         for by in self.inputs:
             names = [rate_name(name, by) for name in self.following]
             if not set(names).isdisjoint(program.inputs):
-                rates = self.rates(by).evaluated(values, ENTRY_FUNCTIONS)
+                rates = self.rates(by).evaluate(values, ENTRY_FUNCTIONS)
                 at_joints |= zip(names, rates, strict=True)
-        return Program.of(record, [*program.evaluated(at_joints, ENTRY_FUNCTIONS), gap, mode])
+        return Program.of(record, [*program.evaluate(at_joints, ENTRY_FUNCTIONS), gap, mode])
 
     def _joints_at(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Coordinates of all legs at values of inputs and unknowns."""
-        found = self.arrival.evaluated(values, ENTRY_FUNCTIONS)[:-2]
+        found = self.arrival.evaluate(values, ENTRY_FUNCTIONS)[:-2]
         q = dict(zip(self.joints, found, strict=True))
         for name in self.angles:
             cosine, sine = turn_names(name)

@@ -82,10 +82,10 @@ def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float
             elif element.stiffness is not None:
                 drives.append((twist, element.stiffness))
             continue
-        p = [record.simplified(x, length) for x in turned_back(frame.R, element.point - frame.p)]
+        p = [record.simplify(x, length) for x in turned_back(frame.R, element.point - frame.p)]
         R = np.array(
             [
-                [record.simplified(dot(frame.R[:, i], element.rotation[:, k])) for k in range(3)]
+                [record.simplify(dot(frame.R[:, i], element.rotation[:, k])) for k in range(3)]
                 for i in range(3)
             ],
             dtype=object,
@@ -186,8 +186,8 @@ def _twist(freedom: Screw, frame: WorkingFrame, record: Record, length: float) -
     if isinstance(freedom, CoupledFreedom):
         moves = [(t, _twist(screw, frame, record, length)) for _, t, screw in freedom.moves]
         return [dot([t for t, _ in moves], [twist[row] for _, twist in moves]) for row in range(6)]
-    p = [record.simplified(x, length) for x in turned_back(frame.R, freedom.point - frame.p)]
-    axis = [record.simplified(x) for x in turned_back(frame.R, freedom.axis)]
+    p = [record.simplify(x, length) for x in turned_back(frame.R, freedom.point - frame.p)]
+    axis = [record.simplify(x) for x in turned_back(frame.R, freedom.axis)]
     here = Screw(np.array(axis, dtype=object), np.array(p, dtype=object), freedom.pitch)
     return here.twist(np.zeros(3, dtype=int)).tolist()
 

@@ -35,7 +35,7 @@ def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = ()) -> Any:
     others = _entries(robot.closure_losses)
     safe = _SAFE / max(len(losses) + len(others), 1) ** 0.5
     # Steps that are computed anyway: a test may use them for nothing.
-    known = frozenset(record.needed([x.step for x in _entries([*robot.K.values()])]))
+    known = frozenset(record.steps_needed([x.step for x in _entries([*robot.K.values()])]))
     tests = _Tests(record, known)
     for loss in losses:
         tests.add_loss(loss, safe)
@@ -104,12 +104,12 @@ class _Tests:
 
     def _more(self, entry: Entry) -> int:
         """How many steps more an entry takes."""
-        return len(self._record.needed([entry.step], self._known))
+        return len(self._record.steps_needed([entry.step], self._known))
 
     def add_above(self, entry: Entry, number: float) -> None:
         """An entry must be above a number; of equal entries and their roots, the highest counts."""
         record = self._record
-        simpler = record.simplified(entry, abs(float(np.mean(entry.sample))))
+        simpler = record.simplify(entry, abs(float(np.mean(entry.sample))))
         if not isinstance(simpler, Entry) or self._more(simpler) <= self._more(entry):
             entry = simpler
         while isinstance(entry, Entry):

@@ -123,11 +123,11 @@ def _numbers(R: np.ndarray, given: Collection[str]) -> np.ndarray:
     """
 
     def number(x: Any) -> Any:
-        short = x.record.simplified(x) if isinstance(x, Entry) else x
+        short = x.record.simplify(x) if isinstance(x, Entry) else x
         if not isinstance(x, Entry) or isinstance(short, Entry):
             return x
         record = x.record
-        steps = [record.operation(step) for step in record.needed([x.step])]
+        steps = [record.operation(step) for step in record.steps_needed([x.step])]
         names = {name for operation, name, _ in steps if operation is Operation.INPUT}
         return short if names.issubset(given) else x
 

@@ -39,7 +39,7 @@ def lower_bound(record: Record, step: int) -> float:
     (1.0, -inf)
     """
     bounds: dict[int, float] = {}
-    for i in record.needed([step]):  # each step once: many share their arguments
+    for i in record.steps_needed([step]):  # each step once: many share their arguments
         operation, a, b = record.operation(i)
         match operation:
             case Operation.NUMBER:
@@ -191,7 +191,7 @@ class LegRecorder:
             frames = [
                 WorkingFrame(frame.R, np.array([*frame.p[:2], self.reference[2]], dtype=object))
                 for frame in frames
-                if self.record.simplified(frame.R[2, 2]) == 1  # it keeps the plane
+                if self.record.simplify(frame.R[2, 2]) == 1  # it keeps the plane
             ]
         return frames
 

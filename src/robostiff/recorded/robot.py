@@ -229,7 +229,7 @@ def assembled(
     # Radicands that can become negative, as parts of what they are at the samples; and losses, of
     # the comparisons by which the legs choose a branch
     radicands, losses = dict[int, Any](), []
-    for step in record.needed(x.step for x in K.values() if isinstance(x, Entry)):
+    for step in record.steps_needed(x.step for x in K.values() if isinstance(x, Entry)):
         operation, a, b = record.operation(step)
         if operation is Operation.SQUARE_ROOT and lower_bound(record, a) < 0:
             radicands[a] = as_part(Entry(record, a))

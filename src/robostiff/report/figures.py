@@ -33,7 +33,7 @@ class Level:
     # the other end of a vibration, between which and `picture` the page moves the lines
     other: Picture | None = None
 
-    def drawn(self, palette: Palette) -> dict[str, Any]:
+    def drawing(self, palette: Palette) -> dict[str, Any]:
         """For the script: a chart, or the figure of a scene and its other end if it has one."""
         if not isinstance(self.picture, Scene):
             svg = Matplotlib().svg(self.picture, letters=True)
@@ -62,7 +62,7 @@ class Figure:
             "name": self.name,
             "start": self.start,
             "labels": [level.label for level in self.levels],
-            "levels": [level.drawn(palette) for level in self.levels],
+            "levels": [level.drawing(palette) for level in self.levels],
         }
 
     def html(self) -> str:

@@ -243,7 +243,7 @@ def report_html(contents: ReportContents) -> str:
         version=__version__,
         links="\n".join(links),
         sections=blocks_html(page.blocks),
-        figures=packed(figures_json(figures_in(page.blocks))),
+        figures=pack(figures_json(figures_in(page.blocks))),
         style=_resource("page.css"),
         script=swinging_script() + _resource("page.js"),
         plotly=_packed_plotly(),
@@ -258,14 +258,14 @@ _STREET_MAPS = re.compile(r"\bexports='(?=(?:[^'\\]|\\.){100000})(?:[^'\\]|\\.)*
 def _packed_plotly() -> str:
     with needs_extra("plots", "plot"):
         from plotly.offline import get_plotlyjs
-    return packed(_STREET_MAPS.sub("exports=''", get_plotlyjs()))
+    return pack(_STREET_MAPS.sub("exports=''", get_plotlyjs()))
 
 
 # RFC 1924, with a full stop in place of the one character that could begin a tag
 _HTML = bytes.maketrans(b"<", b".")
 
 
-def packed(text: str) -> str:
+def pack(text: str) -> str:
     """Text as the script of the page unpacks it: compressed, in characters that HTML leaves alone.
 
     The same text is packed in the same way each time.

@@ -209,7 +209,7 @@ def _of_description(
     from robostiff.io.rigid_tree import robot_of_tree
 
     descriptions.refuse_symbols(name, symbols, "the dimensions of a robot description are decimals")
-    return robot_of_tree(*descriptions.described(value, side, **options), parameters)
+    return robot_of_tree(*descriptions.description_of(value, side, **options), parameters)
 
 
 def robot_of_legs(loaded: Any, name: str) -> Robot:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robostiff.errors import FileError, InputError, Words
-from robostiff.extras import READERS, added, is_offered, loaded
+from robostiff.extras import READERS, entry_points_of, is_offered, load_extra
 from robostiff.robots.shipped import robot_file, shipped_linkages
 
 if TYPE_CHECKING:
@@ -24,7 +24,10 @@ _URDF = (".urdf", ".xacro", ".xml")
 
 def endings() -> tuple[str, ...]:
     """Endings of files that are robot descriptions."""
-    return (*_URDF, *(name for name in added(READERS) if name[0] == "." and name not in _URDF))
+    return (
+        *_URDF,
+        *(name for name in entry_points_of(READERS) if name[0] == "." and name not in _URDF),
+    )
 
 
 def is_description(path: str | Path) -> bool:
@@ -72,7 +75,7 @@ def describes_bodies(path: str | Path) -> bool:
     return Path(path).is_file() and names_description(read_document(path))
 
 
-def described(
+def description_of(
     value: Any, side: str | Path | None = None, *, allow_xacro: bool = False
 ) -> tuple[RigidTree, Document]:
     """The tree and the side file of a description, of a side file that names one, or of an object.
@@ -87,7 +90,7 @@ def described(
     reader = reader_of(value)
     if reader is None:
         if (ending := Path(value).suffix.lower()) not in _URDF:
-            loaded(READERS, ending)  # without it the name of the side file is not known
+            load_extra(READERS, ending)  # without it the name of the side file is not known
         # The side file first: it is the one that is likely to be missing.
         document = read_side(value, side)
         return _tree(value), document
@@ -141,7 +144,7 @@ def load_linkage(
     if isinstance(path, str) and path in shipped_linkages():
         path = robot_file(path)
     if reader_of(path) is not None or is_description(path):
-        return linkage_of_tree(*described(path, side), parameters, symbols)
+        return linkage_of_tree(*description_of(path, side), parameters, symbols)
     if not isinstance(path, str | os.PathLike):
         expected = "a name, a path, or an object of yourdfpy, MuJoCo or Pinocchio"
         raise InputError("linkage", got=path, expected=expected)
@@ -153,7 +156,7 @@ def load_linkage(
             got=Words("a file that is no robot description"),
             expected="URDF, xacro or MJCF, or a side file with robot: FILE",
         )
-    tree, side_file = described(document, allow_xacro=allow_xacro)
+    tree, side_file = description_of(document, allow_xacro=allow_xacro)
     return linkage_of_tree(tree, side_file, parameters, symbols)
 
 
@@ -195,7 +198,7 @@ def _tree(path: str | Path) -> RigidTree:
         from robostiff.io.urdf import read_urdf
 
         return read_urdf(path)
-    return loaded(READERS, ending).read(path)
+    return load_extra(READERS, ending).read(path)
 
 
 def refuse_symbols(name: str, symbols: Symbols, expected: str) -> None:
@@ -236,5 +239,5 @@ def reader_of(value: Any) -> Reader | None:
 
             return Reader("a URDF of yourdfpy", read)
         if is_offered(READERS, name):
-            return loaded(READERS, name)
+            return load_extra(READERS, name)
     return None

@@ -72,7 +72,7 @@ def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     return np.einsum("...ij,...jk->...ik", A, B, out=out)
 
 
-def transposed(A: np.ndarray) -> np.ndarray:
+def transpose(A: np.ndarray) -> np.ndarray:
     """Transpose A^T over leading axes, a view."""
     return np.swapaxes(A, -1, -2)
 

@@ -185,7 +185,7 @@ def vanishes(vector: np.ndarray) -> bool:
     return all(entry == 0 or sp.expand(entry) == 0 for entry in vector.flat)
 
 
-def tidied(vector: np.ndarray) -> np.ndarray:
+def tidy(vector: np.ndarray) -> np.ndarray:
     """The formulas of an array with squares of sines and cosines summed and fractions cancelled.
 
     Examples

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis import CableResponse, SlackEvent, cable_stiffness
-from robostiff.analysis.cable_stiffness import beyond_limits, judged, status_of_cables
+from robostiff.analysis.cable_stiffness import beyond_limits, with_status, status_of_cables
 from robostiff.analysis.result import given_wrenches, require_one_pose
 from robostiff.cables import TensionRule, place_cables
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
@@ -77,7 +77,7 @@ def cable_response(
         return CableResponse(F, before, before.status, 0.0)
     if before.status & barred:
         return CableResponse(F, before, before.status | Status.NO_EQUILIBRIUM, 0.0)
-    problem = Postures(robot, cables=before).loaded(0, Acting()).problem
+    problem = Postures(robot, cables=before).with_loads(0, Acting()).problem
     event, found, carried = _outcome(problem, LoadCase(F))
     names = before.cable_names
     slack = None if event is None else SlackEvent(event[0], names[event[1]])
@@ -88,7 +88,7 @@ def cable_response(
     R = turn @ matrix_of_rotation(before.pose[3:])
     position = found.state.p + turn @ (before.pose[:3] - before.reference_point)
     placed = place_cables(robot, R, position)
-    after = judged(
+    after = with_status(
         replace(
             before,
             pose=np.concatenate([position, vector_of_rotation(R)]),

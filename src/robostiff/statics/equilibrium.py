@@ -28,7 +28,7 @@ from robostiff.statics.loading.given_loads import (
 )
 from robostiff.statics.loading.loaded_posture import LoadedPosture, beside, postures_of, wrenches_of
 from robostiff.statics.result import Equilibrium
-from robostiff.statics.solution import solved
+from robostiff.statics.solution import solve
 
 if TYPE_CHECKING:
     from robostiff.statics.kernels.compiled_loading import CompiledLoading
@@ -137,8 +137,8 @@ def equilibrium(
     loaded: LoadedPosture | None = None
     for i, row in enumerate(np.atleast_2d(each)):
         if loaded is None or postures.batch:
-            loaded = postures.loaded(i, acting)
-        answers.append(solved(loaded, *((row,) if displacement is None else (None, row))))
+            loaded = postures.with_loads(i, acting)
+        answers.append(solve(loaded, *((row,) if displacement is None else (None, row))))
     return Equilibrium.of(postures.robot.name, space, answers if each.ndim > 1 else answers[0])
 
 

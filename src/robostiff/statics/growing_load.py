@@ -25,12 +25,12 @@ from robostiff.statics.equations.stability import (
     CriticalPoint,
     least_margin,
     meets_stiffness,
-    why_path_ended,
+    end_of_path,
 )
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_loaded_posture
 from robostiff.statics.result import Equilibrium
-from robostiff.statics.solution import solved
+from robostiff.statics.solution import solve
 
 if TYPE_CHECKING:
     import xarray
@@ -185,7 +185,7 @@ def critical_load(
     if is_free and point is not None and point.factor <= 0:
         point = None  # what nothing holds is not stable without the load, either
     elif point is None and searched_to < up_to:
-        status |= why_path_ended(problem, last)
+        status |= end_of_path(problem, last)
     return CriticalLoad(loaded.name, F, status, searched_to, point)
 
 
@@ -249,7 +249,7 @@ def load_path(
     grows = "load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)"
     acting = Acting(loads, gravity, preload, beams, at, laws or {})
     loaded, F = one_loaded_posture(robot, pose, wrench, near, acting, grows)
-    answers = [solved(loaded, factor * F, None, standing=True) for factor in s]
+    answers = [solve(loaded, factor * F, None, standing=True) for factor in s]
     found = Equilibrium.of(loaded.name, loaded.space, answers)
     with needs_extra("maps", "maps"):
         import xarray

@@ -309,7 +309,7 @@ class _Request:
     def one(self, i: int, known: Vibrations | None = None) -> Modes:
         """Modes at one pose; its vibrations at rest may be known."""
         postures, robot = self.postures, self.postures.robot
-        loaded = cache(partial(postures.loaded, i, self.acting, self.masses))
+        loaded = cache(partial(postures.with_loads, i, self.acting, self.masses))
         solve = cache(lambda: settled(loaded(), self.wrenches[i]))
         status = solve().status if known is None else postures.status(i)
         if known is None and (found := solve().found) is not None:
@@ -363,7 +363,7 @@ def _of_platforms(request: _Request, find: Callable[[], Stiffness]) -> np.ma.Mas
     is_robot = isinstance(robot, Robot) and request.postures.batch and len(none)
     if not is_robot or any(map(has_masses, robot.legs)):
         return none
-    first = request.postures.first.loaded(0, request.acting, request.masses)
+    first = request.postures.first.with_loads(0, request.acting, request.masses)
     problem = first.problem
     of_legs, _, (B,) = mass_rows(problem, first.masses, problem.unloaded)
     if len(of_legs) or not first.has_posture or problem.bears_loads or problem.has_laws:

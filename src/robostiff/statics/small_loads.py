@@ -10,7 +10,11 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis import ActuatorLoad, Deflection, JointReaction, Stiffness, stiffness
 from robostiff.analysis import deflection as deflection_under_wrench
-from robostiff.analysis.deflection_under_load import LoadedElements, loaded_elements, loads_known
+from robostiff.analysis.deflection_under_load import (
+    LoadedElements,
+    loaded_elements,
+    where_loads_are_known,
+)
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError
 from robostiff.kinematics import Near, Pose
@@ -164,12 +168,12 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     def none(status: Status) -> LoadedElements:
         return LoadedElements(stiffness.status | status)
 
-    is_known = Status.UNREACHABLE not in stiffness.status and loads_known(stiffness)
+    is_known = Status.UNREACHABLE not in stiffness.status and where_loads_are_known(stiffness)
     if not is_known or problem.at_rest.lacks_digits:
         return none(Status.ILL_CONDITIONED if stiffness.status.has_stiffness else Status.OK)
     placed: Any = stiffness.placed()
     nothing, at_rest = np.zeros(problem.size), problem.unloaded
-    known = problem.linearised(at_rest, LoadCase(F), 0.0, 2)
+    known = problem.linear_equations(at_rest, LoadCase(F), 0.0, 2)
     if _drives_legs(problem, known):
         return none(Status.UNBALANCED)
     to_origin = (stiffness.origin - stiffness.reference_point)[: stiffness.space.translations]

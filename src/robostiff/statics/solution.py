@@ -23,7 +23,7 @@ from robostiff.statics.equations.stability import (
     may_be_singular,
     meets_stiffness,
     named_margins,
-    why_path_ended,
+    end_of_path,
 )
 from robostiff.statics.loaded_parts import CarriedLoads
 from robostiff.statics.loading.loaded_posture import LoadedPosture
@@ -73,7 +73,7 @@ class Solution:
         return CarriedLoads(found.problem, found.state, share)
 
 
-def solved(
+def solve(
     loaded: LoadedPosture,
     wrench: np.ndarray | None,
     displacement: np.ndarray | None = None,
@@ -114,7 +114,7 @@ def solved(
         if critical is not None:
             status |= Status.BEYOND_CRITICAL_LOAD
         elif ended is None or searched_to < 1.0:
-            return Solution(status | why_path_ended(problem, ended))
+            return Solution(status | end_of_path(problem, ended))
         else:
             found, margins = ended, named_margins(ended.known)
     platform = found.known.held_platform
@@ -136,7 +136,7 @@ def settled(loaded: LoadedPosture, wrench: np.ndarray) -> Solution:
     """The equilibrium under a wrench; where nothing acts, the unloaded posture."""
     problem = loaded.problem
     if not loaded.has_posture or problem.bears_loads or np.any(wrench):
-        return solved(loaded, wrench)
+        return solve(loaded, wrench)
     found = FoundEquilibrium(LoadCase(wrench), problem.unloaded, 0.0, problem.at_rest, True, 0)
     return Solution(loaded.status, found=found, frame=loaded.frame, posed=loaded.posed)
 

@@ -214,7 +214,7 @@ class MapJob:
                 columns[k] = home
         return columns.T
 
-    def selected(self, poses: np.ndarray) -> np.ndarray | None:
+    def selection(self, poses: np.ndarray) -> np.ndarray | None:
         """Which poses to compute (N,); None for all of them."""
         if self.where is None:
             return None
@@ -247,7 +247,7 @@ class MapJob:
         """
         for variable in (v for v in self.coordinates if v.name in out):
             out[variable.name][...] = poses[:, self.columns.names.index(variable.name)]
-        evaluator, chosen = self.evaluator, self.selected(poses)
+        evaluator, chosen = self.evaluator, self.selection(poses)
         if chosen is None or bool(np.all(chosen)):
             places = {v.name: np.moveaxis(out[v.name], -1, 0) for v in evaluator.variables}
             guarded = evaluator.evaluate(poses, places, again=again)
@@ -273,7 +273,7 @@ def identity(job: MapJob) -> dict[str, Any]:
         # Functions cannot be compared: the poses that it selects in some blocks
         count, selected = len(job.partition), []
         for k in np.unique(np.linspace(0, count - 1, min(count, _SAMPLED_BLOCKS)).astype(int)):
-            answer = job.selected(job.poses(job.partition.slices(int(k))))
+            answer = job.selection(job.poses(job.partition.slices(int(k))))
             selected.append(np.packbits(np.asarray(answer, dtype=bool)))
     names = ("quantities", "wrench", "length", "dtype", "near")
     settings = {**{name: getattr(e, name) for name in names}, "method": e.direct.about}

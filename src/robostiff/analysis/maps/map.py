@@ -32,13 +32,13 @@ from robostiff.analysis.maps.pose_columns import Mapped, pose_columns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.reduced_map import ReducedMap
 from robostiff.analysis.maps.reduction import Reduction, check_reductions
-from robostiff.analysis.maps.run import Progress, Run, Threads, followed, workforce
+from robostiff.analysis.maps.run import Progress, Run, Threads, run_with_progress, workforce
 from robostiff.analysis.maps.store import (
     MapStore,
     already_there,
     create_store,
     is_complete,
-    locked,
+    lock,
     open_map,
 )
 from robostiff.analysis.maps.variables import Quantity
@@ -180,8 +180,8 @@ def stiffness_map(
     if reductions:
         check_reductions(reductions, job)
         with running as run:
-            made = ReducedMap.begun(job, reductions, path, resume)
-            followed(made.gathered(run), made.summary, count, progress)
+            made = ReducedMap.start(job, reductions, path, resume)
+            run_with_progress(made.run_blocks(run), made.summary, count, progress)
         return made.dataset()
     if path is not None:
         _fill(path, job, resume, running, progress)
@@ -190,7 +190,7 @@ def stiffness_map(
         arrays = MapArrays(job)
         with running as run:
             blocks = run(arrays.compute, range(len(job.partition)))
-            return arrays.dataset(followed(blocks, MapSummary(), count, progress))
+            return arrays.dataset(run_with_progress(blocks, MapSummary(), count, progress))
     if workers is None:
         raise InputError(
             "store of a map", got=Words("none"), expected="a path that all workers see"
@@ -251,10 +251,10 @@ def _fill(
     with running as run:
         if not path.exists():
             create_store(path, job)
-        with locked(path):
+        with lock(path):
             store, partition = MapStore(path, job), job.partition
             blocks = run(store.compute, range(len(partition)))
-            store.finish(followed(blocks, MapSummary(), partition.poses, progress))
+            store.finish(run_with_progress(blocks, MapSummary(), partition.poses, progress))
     store.remove_progress()
 
 

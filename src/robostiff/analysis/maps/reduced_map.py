@@ -86,7 +86,7 @@ class BlockReductions:
         """Counts of a block, and what reductions have of it."""
         job, pieces = self.job, self.pieces
         room = job.room(math.prod(pieces.block), job.answers)
-        states = [reduction.begun(math.prod(v.shape)) for reduction, v in self.pairs]
+        states = [reduction.initial_state(math.prod(v.shape)) for reduction, v in self.pairs]
         statuses, guarded = Counter[int](), 0
         rest: list[np.ndarray] = []  # poses of the direct form, and behind them their numbers
         for piece in self.blocks[index]:
@@ -107,7 +107,7 @@ class BlockReductions:
                 arrays, rest = job.room(together.shape[1], job.answers), []
                 direct.fill(together[:-1].T, arrays)
                 self._add(states, statuses, arrays, together[-1].astype(int).tolist())
-        closed = [r.closed(state) for (r, _), state in zip(self.pairs, states, strict=True)]
+        closed = [r.final_state(state) for (r, _), state in zip(self.pairs, states, strict=True)]
         return MapSummary(dict(sorted((+statuses).items())), guarded), closed
 
     def _add(
@@ -134,7 +134,7 @@ class ReducedMap:
     done: set[int] = field(default_factory=set)
 
     @classmethod
-    def begun(
+    def start(
         cls, job: MapJob, reductions: tuple[Reduction, ...], path: Path | None, resume: bool
     ) -> ReducedMap:
         """Nothing yet, or the state at a path of an earlier run.
@@ -184,14 +184,14 @@ class ReducedMap:
         reductions = plain([self.work.reductions, self.work.pieces.block])
         return {**identity(self.work.job), "reductions": reductions}
 
-    def gathered(self, run: Run[BlockFound]) -> Iterator[tuple[int, MapSummary]]:
+    def run_blocks(self, run: Run[BlockFound]) -> Iterator[tuple[int, MapSummary]]:
         """Run what is not done, add blocks in any order, and keep the state now and then."""
         work, saved = self.work, -math.inf  # the first shows whether there is room on the disk
         todo = (k for k in range(len(work.blocks)) if k not in self.done)
         try:
             for index, (summary, states) in run(work.compute, todo):
                 pairs = zip(work.pairs, self.states, states, strict=True) if self.states else ()
-                self.states = [reduction.added(a, b) for (reduction, _), a, b in pairs] or states
+                self.states = [reduction.sum_of(a, b) for (reduction, _), a, b in pairs] or states
                 self.summary += summary
                 self.done.add(index)
                 if time.monotonic() - saved > _SAVED:
@@ -227,7 +227,7 @@ class ReducedMap:
         arrays: dict[str, Any] = {}
         coordinates: dict[str, Any] = {}
         for (r, v), state in zip(self.work.pairs, self.states, strict=True):
-            for name, labels, values, has_unit in r.found(state, v.name, math.prod(v.shape), job):
+            for name, labels, values, has_unit in r.results(state, v.name, math.prod(v.shape), job):
                 coordinates |= {dim: (dim, list(known)) for dim, known in labels.items()}
                 about = {"long_name": f"{name.removeprefix(v.name)[1:]} of the {v.long_name}"}
                 if isinstance(v.units, str) and has_unit:

@@ -55,10 +55,10 @@ class Reduction(ABC):
         return [*known.values()] if self.of is None else [known[self.of]]
 
     @abstractmethod
-    def begun(self, entries: int) -> State:
+    def initial_state(self, entries: int) -> State:
         """What it has of no poses."""
 
-    def closed(self, state: State) -> State:
+    def final_state(self, state: State) -> State:
         """What is to be kept of it once no more is added."""
         return state
 
@@ -66,12 +66,12 @@ class Reduction(ABC):
     def extend(self, state: State, values: np.ndarray, numbers: Sequence[int]) -> None:
         """Add values (entries, N) that may be none, at poses of such numbers."""
 
-    def added(self, a: State, b: State) -> State:
+    def sum_of(self, a: State, b: State) -> State:
         """What it has of both: sums of counts."""
         return {name: counts + b[name] for name, counts in a.items()}
 
     @abstractmethod
-    def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
+    def results(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """Its results at all poses."""
 
 
@@ -92,7 +92,7 @@ class Extremes(Reduction):
            [-0.1]])
     """
 
-    def begun(self, entries: int) -> State:
+    def initial_state(self, entries: int) -> State:
         """Values (entries, 2), and numbers of poses, -1 where there is no value."""
         return {"ends": np.full((entries, 2), np.nan), "at": np.full((entries, 2), -1)}
 
@@ -105,7 +105,7 @@ class Extremes(Reduction):
                 if ends[entry] != best[entry] or number < at[entry]:
                     ends[entry], at[entry] = best[entry], number
 
-    def added(self, a: State, b: State) -> State:
+    def sum_of(self, a: State, b: State) -> State:
         """The lower and the higher ones; where they are the same, the first pose."""
         sign = np.array([1.0, -1.0])
         x, y = a["ends"] * sign, b["ends"] * sign
@@ -113,7 +113,7 @@ class Extremes(Reduction):
         from_a = np.isnan(y) | (x < y) | earlier
         return {name: np.where(from_a, a[name], b[name]) for name in ("ends", "at")}
 
-    def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
+    def results(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """Values and coordinates [m, rad] are none where no pose has an answer."""
         ends = {"extreme": ["least", "greatest"]}
         yield f"{name}_extreme", ends, state["ends"].T, True
@@ -158,7 +158,7 @@ class Quantiles(Reduction):
         object.__setattr__(self, "of", of)
         object.__setattr__(self, "shares", tuple(numbers.tolist()))
 
-    def begun(self, entries: int) -> State:
+    def initial_state(self, entries: int) -> State:
         """Which row of the counts numbers of a first half have; row 0 for those without, so far."""
         return {
             "table": np.zeros((entries, PAGES), dtype=np.uint32),
@@ -182,13 +182,13 @@ class Quantiles(Reduction):
                 state["counts"] = np.concatenate([state["counts"], more])
             count_by_digits(rest, table, state["counts"])
 
-    def closed(self, state: State) -> State:
+    def final_state(self, state: State) -> State:
         """The counts, and of which entries and first halves of numbers they are, in order."""
         entry, upper = np.nonzero(state["table"])
         counts = state["counts"][state["table"][entry, upper]]
         return {"numbers": entry * PAGES + upper, "counts": counts}
 
-    def added(self, a: State, b: State) -> State:
+    def sum_of(self, a: State, b: State) -> State:
         """The rows of both."""
         numbers = np.union1d(a["numbers"], b["numbers"])
         counts = np.zeros((len(numbers), PLACES), dtype=int)
@@ -196,7 +196,7 @@ class Quantiles(Reduction):
             counts[np.searchsorted(numbers, state["numbers"])] += state["counts"]
         return {"numbers": numbers, "counts": counts}
 
-    def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
+    def results(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """The middle of the numbers of the same digits."""
         entry, upper = np.divmod(state["numbers"], PAGES)
         places = np.arange(PLACES, dtype=np.uint32) << 10
@@ -220,7 +220,7 @@ class _Counts(Reduction):
 
     edges: tuple[float, ...] = ()
 
-    def begun(self, entries: int) -> State:
+    def initial_state(self, entries: int) -> State:
         """How many values are at least each edge, and how many there are (entries, edges + 1)."""
         return {"counts": np.zeros((entries, len(self.edges) + 1), dtype=int)}
 
@@ -262,7 +262,7 @@ class Histogram(_Counts):
         object.__setattr__(self, "of", of)
         object.__setattr__(self, "edges", tuple(numbers.tolist()))
 
-    def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
+    def results(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """Counts from each edge to the next; values beyond the edges are left out."""
         counts = -np.diff(state["counts"][:, :-1]).T
         yield f"{name}_count", {f"{name}_from": self.edges[:-1]}, counts, False
@@ -294,7 +294,7 @@ class ShareAbove(_Counts):
         object.__setattr__(self, "of", of)
         object.__setattr__(self, "edges", tuple(numbers.tolist()))
 
-    def found(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
+    def results(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """None where no pose has an answer."""
         counts = state["counts"].T
         with np.errstate(invalid="ignore"):

@@ -195,7 +195,7 @@ class Progress:
         return (self.done - self.resumed) / self.seconds if self.seconds > 0 else 0.0
 
 
-def followed(
+def run_with_progress(
     blocks: Iterable[tuple[int, MapSummary]],
     before: MapSummary,
     total: int,

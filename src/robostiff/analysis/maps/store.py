@@ -127,7 +127,7 @@ def is_complete(path: Path, job: MapJob) -> bool:
     return about["complete"]
 
 
-def damaged(path: Path, what: str) -> InputError:
+def damage_error(path: Path, what: str) -> InputError:
     """The error for a damaged store or file."""
     return InputError(
         f"map {str(path)!r} is damaged: it has {what}",
@@ -144,7 +144,7 @@ def _undamaged(path: Path, what: str) -> Iterator[None]:
         raise
     except Exception as error:
         words = f"{what} that cannot be read ({type(error).__name__}: {error})"
-        raise damaged(path, words) from None
+        raise damage_error(path, words) from None
 
 
 def check_same_map(path: Path, parts: Mapping[str, Any], identity: Mapping[str, Any]) -> None:
@@ -173,7 +173,7 @@ def already_there(path: Path) -> InputError:
 
 
 @contextmanager
-def locked(path: Path) -> Iterator[None]:
+def lock(path: Path) -> Iterator[None]:
     """Keep other processes from filling the same store; the lock ends with the process."""
     with _undamaged(path, _PROGRESS):
         file = (path / _PROGRESS / "lock").open("w")
@@ -239,7 +239,7 @@ class MapStore:
             try:
                 self._arrays[v.name][places] = values.reshape(*v.stored_shape, *shape)
             except IsADirectoryError:
-                raise damaged(self.path, f"a folder for a chunk of {v.name}") from None
+                raise damage_error(self.path, f"a folder for a chunk of {v.name}") from None
         self._arrays[_DONE][index] = summary.guarded + 1
         return summary
 
@@ -269,25 +269,25 @@ def _attributes(path: Path) -> dict[str, Any]:
         attributes = content["attributes"]
         written, about = attributes.pop("checksum"), attributes[_IDENTITY]
         if written != _checksum(json.dumps(content, sort_keys=True).encode()):
-            raise damaged(path, f"a {_DESCRIPTION} that was changed")
+            raise damage_error(path, f"a {_DESCRIPTION} that was changed")
     for file, checksum in about["checksums"].items():
         text = _description(path, file)
         if _checksum(text) != checksum:
-            raise damaged(path, f"a {file} that was changed")
+            raise damage_error(path, f"a {file} that was changed")
         if file.endswith(_DESCRIPTION):
             with _undamaged(path, file):
                 described = json.loads(text)
                 chunk = math.prod(described["chunk_grid"]["configuration"]["chunk_shape"])
                 is_large = math.prod(described["shape"]) > _MOST_VALUES * MOST_POSES
             if is_large or chunk > _LARGEST_CHUNK:
-                raise damaged(path, f"a {file} of more than robostiff writes")
+                raise damage_error(path, f"a {file} of more than robostiff writes")
     return attributes
 
 
 def _description(path: Path, file: str) -> bytes:
     with _undamaged(path, file):
         if file.endswith(_DESCRIPTION) and (path / file).stat().st_size > _LONGEST:
-            raise damaged(path, f"a {file} of more than {_LONGEST} bytes")
+            raise damage_error(path, f"a {file} of more than {_LONGEST} bytes")
         return (path / file).read_bytes()
 
 
@@ -354,7 +354,7 @@ def _chunk(path: Path, name: str, place: tuple[int, ...], is_needed: bool = True
 
     file = "/".join([name, "c", *map(str, place)])
     if is_needed and not (path / file).is_file():
-        raise damaged(path, f"no {file}")
+        raise damage_error(path, f"no {file}")
     with _undamaged(path, file):
         array: Any = zarr.open_array(path, path=name, mode="r", zarr_format=3)
         return array.get_block_selection(place)

@@ -15,7 +15,7 @@ from robostiff.analytic.exact.factors import (
     ExactMatrix,
     common_denominator,
     common_factor,
-    factored,
+    factors_of,
     over,
     starts_with_minus,
 )
@@ -77,8 +77,8 @@ def eliminate_exactly(K: ExactMatrix, J: Sequence[Any], limit: int) -> ClosedSta
     below = (D * scale, D * scale * scale)
     present = [k for k in range(n) if any(not entry.is_zero() for entry in N[k])]
     used = [k for k in present if not column[k].is_zero()]
-    u = [field.reduced(_sum(field, [(N[j][k], column[k]) for k in used], limit)) for j in range(n)]
-    mu = field.reduced(_sum(field, [(column[k], u[k]) for k in used], limit))
+    u = [field.reduce(_sum(field, [(N[j][k], column[k]) for k in used], limit)) for j in range(n)]
+    mu = field.reduce(_sum(field, [(column[k], u[k]) for k in used], limit))
     if mu.is_zero():
         if any(not entry.is_zero() for entry in u):
             raise InputError(
@@ -95,12 +95,12 @@ def eliminate_exactly(K: ExactMatrix, J: Sequence[Any], limit: int) -> ClosedSta
             entry = product(N[i][j], nu, limit)
             if not (v[i].is_zero() or v[j].is_zero()):
                 entry = entry - product(v[i], v[j], limit)
-            upper[i, j] = field.reduced(entry)
+            upper[i, j] = field.reduce(entry)
     # Numerators over D nu, without common factors.
     divided = upper if D.is_one() else {x: quotient(entry, D) for x, entry in upper.items()}
     denominator = nu
     if None in divided.values():
-        denominator = field.reduced(D * nu)
+        denominator = field.reduce(D * nu)
         common = common_factor([denominator, *upper.values()])
         divided = {place: entry / common for place, entry in upper.items()}
         denominator = denominator / common
@@ -244,11 +244,11 @@ def _without_roots(field: ExactField, w: list[Element]) -> tuple[list[Element], 
         return [x if x.is_zero else x * scale for x in ratios], scale / pivot
     # A sum of roots below does not cancel as a common factor: it is taken out as it is.
     common = common_denominator(field, w)
-    above = [field.reduced(over(x, common)) for x in w]
+    above = [field.reduce(over(x, common)) for x in w]
     shared = common_factor(above)
     one = field.one.den
     plain = [Element(field, polynomial / shared, one) for polynomial in above]
-    return plain, field.fraction(field.reduced(common), shared)
+    return plain, field.fraction(field.reduce(common), shared)
 
 
 # Terms of a fraction that is factored: longer ones would take long, and would not be read.
@@ -384,4 +384,4 @@ def fraction_in_factors(field: ExactField, element: Element) -> sp.Expr:
     """A fraction, its numerator and denominator factored where they are short."""
     if element.terms > _FACTORED:
         return field.expression(element)
-    return factored(field, element.num, element.den)
+    return factors_of(field, element.num, element.den)

@@ -97,7 +97,7 @@ class NamedSteps:
         self.definitions.append(Definition(sp.Symbol(name, real=True), value))
         return self.definitions[-1].symbol
 
-    def eliminated(self, K: Any, J: Any, index: str) -> tuple[Any, Any, sp.ImmutableMatrix]:
+    def eliminate(self, K: Any, J: Any, index: str) -> tuple[Any, Any, sp.ImmutableMatrix]:
         """K J = u, J^T u = mu and K - u u^T / mu, by names u_i_j, mu_i and K_i_jk, eq. (15).
 
         A joint along one coordinate takes the index rule (19), (20): its row and column vanish.

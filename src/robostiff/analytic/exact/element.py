@@ -329,7 +329,7 @@ class Angles:
         ]
         return cls(tuple(sorted(independent, key=str)), shares)
 
-    def expanded(self, function: Any) -> Any | None:
+    def expand(self, function: Any) -> Any | None:
         """A sine or cosine in those of the independent angles; None for other expressions."""
         if not isinstance(function, sp.sin | sp.cos):
             return None

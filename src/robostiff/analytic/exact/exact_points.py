@@ -76,7 +76,7 @@ class ExactPoints:
             record = self.record
             is_next = all(argument in self._known for argument in record.arguments(step))
             with flint.ctx.workprec(BITS):
-                for needed in (step,) if is_next else record.needed([step]):
+                for needed in (step,) if is_next else record.steps_needed([step]):
                     if needed not in self._known:
                         self._known[needed] = self._computed(needed)
         return self._known[step]

@@ -31,7 +31,7 @@ def product_of(above: Any, below: Any = None) -> Product:
     return constant, powers
 
 
-def factored(field: ExactField, above: Any, below: Any = None) -> Any:
+def factors_of(field: ExactField, above: Any, below: Any = None) -> Any:
     """A polynomial, or a quotient of two without a common factor, as a product of powers.
 
     ``R - r`` rather than ``-R + r`` where possible. A number in front of a sum is not multiplied

@@ -137,7 +137,7 @@ class ExactField:
         """Write several polynomials."""
         return self._writer.expressions(polynomials)
 
-    def reduced(self, polynomial: Any) -> Any:
+    def reduce(self, polynomial: Any) -> Any:
         """Bring the squares of sines and roots to their normal form."""
         spend()
         for relation in self.relations:
@@ -154,8 +154,8 @@ class ExactField:
         would be 0 / 0 there.
         """
         if den.is_one():
-            return Element(self, self.reduced(num), den)
-        num, den = self.reduced(num), self.reduced(den)
+            return Element(self, self.reduce(num), den)
+        num, den = self.reduce(num), self.reduce(den)
         if den.is_zero():
             raise InputError("formula", expected="no division by zero")
         for relation in self.relations:
@@ -183,7 +183,7 @@ class ExactField:
         A factor a - b g above a norm a^2 - b^2 g^2 is one over a + b g, and no zero.
         """
         conjugate, below = self._norm(element.den)
-        above = self.reduced(element.num * conjugate)
+        above = self.reduce(element.num * conjugate)
         common = above.gcd(below)
         above, below = above / common, below / common
         for factor, power in above.factor()[1]:
@@ -203,8 +203,8 @@ class ExactField:
         for relation in self.relations:
             if norm.degrees()[relation.place]:
                 conjugate = norm.compose(*self._conjugation(relation.place))
-                others = self.reduced(others * conjugate)
-                norm = self.reduced(norm * conjugate)
+                others = self.reduce(others * conjugate)
+                norm = self.reduce(norm * conjugate)
         return others, norm
 
     def _freed(self, num: Any, den: Any, relation: Relation) -> tuple[Any, Any]:
@@ -213,14 +213,14 @@ class ExactField:
         with_root = (den - den.compose(*self._conjugation(relation.place))) / 2
         plain = den - with_root
         if plain.is_zero():
-            return self.reduced(num * root), self.reduced(with_root / root * relation.square)
+            return self.reduce(num * root), self.reduce(with_root / root * relation.square)
         is_sine = isinstance(self.generators[relation.place], sp.sin)
         goes_up = is_sine or relation.square.is_constant()
         if len(den) > _CHECKED and not goes_up:
             return num, den
         if max(len(num), len(den)) > _FREED:
             raise FormulaTooLargeError.beyond(_FREED)
-        norm = self.reduced(plain**2 - (with_root / root) ** 2 * relation.square)
+        norm = self.reduce(plain**2 - (with_root / root) ** 2 * relation.square)
         if norm.is_zero():
             raise InputError(
                 "formula",
@@ -229,7 +229,7 @@ class ExactField:
                 hint="declare symbols, such as Symbol('a', positive=True)",
             )
         # Sines and roots of numbers cancel only where they are brought up.
-        return (self.reduced(num * (plain - with_root)), norm) if goes_up else (num, den)
+        return (self.reduce(num * (plain - with_root)), norm) if goes_up else (num, den)
 
     def _conjugation(self, place: int) -> list[Any]:
         return [-g if i == place else g for i, g in enumerate(self._gens)]
@@ -266,7 +266,7 @@ class ExactField:
             root: Any = sp.Pow(expression.base, sp.Rational(1, expression.exp.q))
             read = self._read_root(root) if is_root(root) else self._read(root)
             found = read ** int(expression.exp.p)
-        elif (expanded := self._angles.expanded(expression)) is not None:
+        elif (expanded := self._angles.expand(expression)) is not None:
             found = self._read(expanded)
         else:
             raise self._unknown(expression)
@@ -326,7 +326,7 @@ def _taken_apart(root: Any) -> Radicand:
     written = field.polynomial_expression
     under = field.element(root**2)
     below = field.polynomial_expression(under.den)
-    product = field.reduced(under.num * under.den)
+    product = field.reduce(under.num * under.den)
     degrees = product.degrees()
     if any(degrees[relation.place] for relation in field.relations):
         return Radicand(root, root**2 if below == 1 else written(product), below, {})

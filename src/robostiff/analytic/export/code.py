@@ -22,7 +22,7 @@ from robostiff.analytic.export.entries import (
     FUNCTIONS,
     constant_name,
     function_name,
-    spelled,
+    greek_or,
     title_of,
     unknown,
 )
@@ -67,7 +67,7 @@ MATLAB_WORDS: frozenset[str] = frozenset([*_MATLAB_KEYWORDS.split(), *FUNCTIONS]
 
 def ascii_identifier(name: str) -> str:
     """Letters, digits and underscores, a letter first; Greek letters by their names."""
-    each = (c if c.isascii() else spelled(c) for c in unicodedata.normalize("NFKD", name))
+    each = (c if c.isascii() else greek_or(c) for c in unicodedata.normalize("NFKD", name))
     kept = "".join(c for c in each if not unicodedata.combining(c[0]))
     plain = re.sub(r"[^A-Za-z0-9_]", "_", kept)
     return plain if plain[:1].isalpha() else f"v{plain}"
@@ -163,7 +163,7 @@ class Code(CodePrinter):
         fields["steps"] = [
             line
             for a in self.compute.assignments
-            for line in self.assigned(self.steps.format(self._names[a.symbol]), a.expression)
+            for line in self.assignment(self.steps.format(self._names[a.symbol]), a.expression)
         ]
         matrices: list[str] = []
         for K, matrix in zip(self.results, self.compute.results, strict=True):
@@ -172,10 +172,10 @@ class Code(CodePrinter):
                 if matrix[i, j] != 0:
                     is_copy = j < i and matrix[i, j] == matrix[j, i]
                     entry = self._entry(K, j, i) if is_copy else matrix[i, j]
-                    matrices += self.assigned(self._entry(K, i, j), entry)
-        tests = [f"{size} > {least}" for size, least in self.guarded()]
+                    matrices += self.assignment(self._entry(K, i, j), entry)
+        tests = [f"{size} > {least}" for size, least in self.guards()]
         tests += [f"{self._print(x)} {sign} {self.zero}" for _, x, sign in self.compute.conditions]
-        each = (self.assigned(holds, self.both.format(holds, test)) for test in tests)
+        each = (self.assignment(holds, self.both.format(holds, test)) for test in tests)
         fields |= {"matrices": matrices, "tests": [line for rows in each for line in rows]}
         lines: list[str] = []
         for line in self.template.splitlines():
@@ -249,23 +249,23 @@ class Code(CodePrinter):
 
     # --- statements ---
 
-    def broken(self, start: str, text: str) -> list[str]:
+    def on_lines(self, start: str, text: str) -> list[str]:
         """What goes on without brackets of its own, on as many lines as it needs."""
         lines = wrapped_formula(text, self.width - len(self.goes_on), start)
         return [*(line + self.goes_on for line in lines[:-1]), lines[-1]]
 
-    def assigned(self, target: str, expression: Any) -> list[str]:
+    def assignment(self, target: str, expression: Any) -> list[str]:
         """An assignment of an expression, or of what is written already."""
         written = expression if isinstance(expression, str) else self._print(expression)
         start = f"{target} = "
         if not self.in_brackets or len(start + written) <= self.width:
-            return self.broken(start, written + self.end)
+            return self.on_lines(start, written + self.end)
         return [f"{start}(", *wrapped_formula(written, self.width, "    "), ")"]
 
     def _entry(self, K: str, i: int, j: int) -> str:
         return self.entry.format(K, i=i, j=j, I=i + 1, J=j + 1, n=self.n * i + j)
 
-    def guarded(self) -> Iterator[tuple[str, str]]:
+    def guards(self) -> Iterator[tuple[str, str]]:
         """Sizes of sums that must not cancel, and the least that they may be."""
         for guard in self.compute.guards:
             whole, *terms = (f"{self.size}({self._print(x)})" for x in (guard.value, *guard.terms))
@@ -300,10 +300,10 @@ class Code(CodePrinter):
 
     def values(self) -> list[str]:
         """Lines on the arguments: what they are in the formula, where there is something to say."""
-        lines = [f"  {x}: {words}" for x, words in self.described() if words]
+        lines = [f"  {x}: {words}" for x, words in self.description() if words]
         return ["Values:", *lines] if lines else []
 
-    def described(self) -> Iterator[tuple[str, str]]:
+    def description(self) -> Iterator[tuple[str, str]]:
         """The arguments, and what they are in the formula, with their units."""
         for written, symbol in zip(self.arguments, self.compute.arguments, strict=True):
             words = [] if written == symbol.name else [f"{plain_text(symbol.name)} of the formula"]

@@ -26,7 +26,7 @@ from robostiff.analytic.export.blocks import (
     transport,
 )
 from robostiff.analytic.export.entries import EntryNames, readable_matrix, symbols_of
-from robostiff.analytic.export.language import fitted, math_width, room_beside
+from robostiff.analytic.export.language import fit, math_width, room_beside
 from robostiff.analytic.export.languages import (
     LATEX,
     MARKDOWN,
@@ -277,7 +277,7 @@ def derivation_typst(derivation: Any) -> str:
 def wants_wide_page(derivation: Any) -> bool:
     """Whether a matrix needs a landscape page, so that fewer of its entries have names."""
     blocks = (b for b in outline_of(derivation) if isinstance(b, MatrixEquation))
-    return any(fitted(b, math_width, room_beside(b, ROOM_UPRIGHT))[2].rows for b in blocks)
+    return any(fit(b, math_width, room_beside(b, ROOM_UPRIGHT))[2].rows for b in blocks)
 
 
 def derivation_in_typst(derivation: Any, *, first_heading: int = 1) -> str:

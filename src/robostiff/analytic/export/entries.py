@@ -12,7 +12,7 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import count_of
-from robostiff.analytic.exact.factors import bound_of_terms, factored
+from robostiff.analytic.exact.factors import bound_of_terms, factors_of
 from robostiff.analytic.exact.field import ExactField
 from robostiff.errors import InputError
 from robostiff.frozen import frozen
@@ -143,7 +143,7 @@ GREEK: dict[str, str] = {
 }
 
 
-def spelled(word: str) -> str:
+def greek_or(word: str) -> str:
     """A Greek letter by its English name; other words unchanged."""
     name = _NAMES_OF_GREEK.get(word.lower())
     return word if name is None else name if word.islower() else name.capitalize()
@@ -174,7 +174,7 @@ def name_parts(name: str) -> NameParts:
         stripped, subscripts = matched[1], [matched[2], *subscripts]
     # Of a coordinate of leg i, or of its rod j.
     subscripts = [part for s in subscripts for part in (s if _COORDINATE.fullmatch(s) else (s,))]
-    return NameParts(spelled(stripped or head), tuple(map(spelled, subscripts)), primes)
+    return NameParts(greek_or(stripped or head), tuple(map(greek_or, subscripts)), primes)
 
 
 def differential_parts(name: str) -> tuple[str, str] | None:
@@ -327,7 +327,7 @@ def readable(expression: Any) -> Any:
     # A sum over compliances stays one where that is no longer than over one denominator.
     found = [
         sp.factor_terms(expression),
-        factored(field, element.num) / factored(field, element.den),
+        factors_of(field, element.num) / factors_of(field, element.den),
     ]
     shorter = min(found, key=count_of)
     return shorter if count_of(shorter) < before else expression

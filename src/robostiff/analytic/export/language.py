@@ -139,7 +139,7 @@ def _pieces(expression: Any, language: Any, room: float) -> list[_Piece]:
     pieces = [(f"-{text}", size + 1) if product.negative else (text, size), *rest]
     if product.below:
         below = _factors(product.below, language, room)
-        (text, size), *rest = _bracketed(below, language) if len(product.below) > 1 else below
+        (text, size), *rest = _in_brackets(below, language) if len(product.below) > 1 else below
         pieces += [(f"{language.slash} {text}", size + 1), *rest]
     return pieces
 
@@ -148,9 +148,9 @@ def _factors(factors: tuple[Any, ...], language: Any, room: float) -> list[_Piec
     pieces: list[_Piece] = []
     for x in factors:
         if x.is_Add:
-            pieces += _bracketed(_pieces(x, language, room), language)
+            pieces += _in_brackets(_pieces(x, language, room), language)
         elif _is_power_of_a_sum(x) and math_width(x) > room:
-            *first, (text, size) = _bracketed(_pieces(x.base, language, room), language)
+            *first, (text, size) = _in_brackets(_pieces(x.base, language, room), language)
             power = language.power.replace("{}", language.write(x.exp))
             pieces += [*first, (f"{text}{power}", size + 1)]
         else:
@@ -162,7 +162,7 @@ def _is_power_of_a_sum(factor: Any) -> bool:
     return factor.is_Pow and factor.base.is_Add and factor.exp.is_Integer and factor.exp > 1
 
 
-def _bracketed(pieces: list[_Piece], language: Any) -> list[_Piece]:
+def _in_brackets(pieces: list[_Piece], language: Any) -> list[_Piece]:
     (text, size), *rest = pieces
     *first, (last, width) = [(f"{language.opening} {text}", size + 1), *rest]
     return [*first, (f"{last} {language.closing}", width + 1)]
@@ -173,7 +173,7 @@ def room_beside(block: MatrixEquation, room: float) -> float:
     return room - name_width(block.name) - 2 - _AROUND - _GAP * (block.whole.cols - 1)
 
 
-def fitted(
+def fit(
     block: MatrixEquation, measure: Callable[[Any], float], room: float, *, stacked: bool = False
 ) -> tuple[Any, sp.ImmutableMatrix, EquationRows]:
     """Factor, matrix, and what names in it stand for, of a matrix that fits into a width.
@@ -378,7 +378,7 @@ class Language(Notation):
         """A block as displayed formulas, each of one or more equations below one another."""
         if isinstance(block, EquationRows):
             return [[self._row(equation) for equation in block.rows]]
-        factor, matrix, named = fitted(block, math_width, room_beside(block, self.room))
+        factor, matrix, named = fit(block, math_width, room_beside(block, self.room))
         written = self.matrix([[self.write(e) for e in row] for row in matrix.tolist()])
         written += self.transposed * block.is_vector
         if factor != 1:

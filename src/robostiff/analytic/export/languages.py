@@ -12,7 +12,7 @@ from sympy.printing.str import StrPrinter
 
 from robostiff.analytic.export.blocks import Block, MatrixEquation
 from robostiff.analytic.export.entries import GREEK, decimal, ordered_terms
-from robostiff.analytic.export.language import Language, Row, fitted, wrapped_formula, wrapped_words
+from robostiff.analytic.export.language import Language, Row, fit, wrapped_formula, wrapped_words
 from robostiff.markup import element, escaped, typst_text
 
 
@@ -60,7 +60,7 @@ class _PlainText(Language):
         return "\n".join(line for lines in each for line in lines)
 
     def table(self, rows: list[list[str]]) -> str:
-        padded = _padded(rows)
+        padded = _pad(rows)
         padded.insert(1, ["-" * len(x) for x in padded[0]])
         return "\n".join("  ".join(row).rstrip() for row in padded)
 
@@ -75,14 +75,14 @@ class _PlainText(Language):
         start, width = f"{block.name} = ", self.width
         # Brackets, and two blanks between columns.
         around = 4 + 2 * (block.whole.cols - 1) + len(start)
-        factor, matrix, named = fitted(
+        factor, matrix, named = fit(
             block, lambda x: len(self.write(x)), width - around, stacked=True
         )
         if factor != 1:
             before = self.write(factor)
             start += f"({before}) * " if factor.is_Add else f"{before} * "
         cells = [[self.write(entry) for entry in row] for row in matrix.tolist()]
-        rows = [f"[ {'  '.join(row)} ]" for row in _padded(cells)]
+        rows = [f"[ {'  '.join(row)} ]" for row in _pad(cells)]
         if block.is_vector:
             lines = wrapped_formula(f"({', '.join(cells[0])})", width, start)
         elif len(start) + len(rows[0]) <= width:
@@ -95,7 +95,7 @@ class _PlainText(Language):
             yield from super().part(named)
 
 
-def _padded(rows: list[list[str]]) -> list[list[str]]:
+def _pad(rows: list[list[str]]) -> list[list[str]]:
     """Cells as wide as their columns."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [[x.ljust(w) for x, w in zip(row, widths, strict=True)] for row in rows]

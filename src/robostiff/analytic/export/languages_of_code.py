@@ -230,7 +230,7 @@ class _Python(Code):
     def values(self) -> list[str]:
         """A section of all arguments."""
         lines = []
-        for name, words in self.described():
+        for name, words in self.description():
             lines += [
                 f"{name} : array_like",
                 *wrapped_words(f"    {words}", self.width - 4, "    "),
@@ -249,14 +249,16 @@ class _Python(Code):
         of_all = " & ".join(f"np.isfinite({x}).all(axis=(-2, -1))" for x in self.results)
         finite = [f"{holds} = {of_all}"]
         finite += [f"{holds} = {holds} & np.isfinite({x})" for x in self.arguments]
-        margins = [f"{size} - {least}" for size, least in self.guarded()]
+        margins = [f"{size} - {least}" for size, least in self.guards()]
         margins += [self._print(x) for _, x, _ in self.compute.conditions]
         return {
-            "head": self.broken(f"def {self.name}(", f"{', '.join(self.arguments)}):"),
+            "head": self.on_lines(f"def {self.name}(", f"{', '.join(self.arguments)}):"),
             "floats": [f"{x} = np.asarray({x}, dtype=float)" for x in self.arguments],
-            "shaped": self.assigned(self.fields["shape"], f"np.broadcast_shapes({shapes})"),
+            "shaped": self.assignment(self.fields["shape"], f"np.broadcast_shapes({shapes})"),
             "finite": finite,
-            "margins": self.assigned("margins", f"({''.join(f'{x}, ' for x in margins).strip()})"),
+            "margins": self.assignment(
+                "margins", f"({''.join(f'{x}, ' for x in margins).strip()})"
+            ),
         }
 
     def call(self, function: str, arguments: list[str]) -> str:
@@ -297,15 +299,15 @@ class _Julia(Code):
         given = [f"{T} = Float64"]
         if listed:  # powers of integers could overflow
             given = [f"{x} = float({x})" for x in self.arguments]
-            given += self.broken(f"{T} = typeof(", f"{' + '.join(self.arguments)})")
+            given += self.on_lines(f"{T} = typeof(", f"{' + '.join(self.arguments)})")
         values = f"({listed}{',' * (len(self.arguments) == 1)})"
         checked = [values] * bool(listed) + self.results
         return {
-            "call": self.broken(f"{self.name}(", f"{listed})"),
-            "head": self.broken(f"function {self.name}(", f"{listed})"),
+            "call": self.on_lines(f"{self.name}(", f"{listed})"),
+            "head": self.on_lines(f"function {self.name}(", f"{listed})"),
             "given": given,
-            "finite": self.assigned(holds, " && ".join(f"all(isfinite, {x})" for x in checked)),
-            "thrown": self.broken(f"{holds} || throw(DomainError(", f'{values}, "{NO_ANSWER}"))'),
+            "finite": self.assignment(holds, " && ".join(f"all(isfinite, {x})" for x in checked)),
+            "thrown": self.on_lines(f"{holds} || throw(DomainError(", f'{values}, "{NO_ANSWER}"))'),
         }
 
     def call(self, function: str, arguments: list[str]) -> str:
@@ -346,8 +348,10 @@ class _Matlab(Code):
         checked += [f"{K}(:)" for K in self.results]
         finite = " && ".join(f"all(isfinite({x}))" for x in checked)
         return {
-            "head": self.broken(f"function {out} = {self.name}(", f"{', '.join(self.arguments)})"),
-            "finite": self.assigned(self.fields["holds"], finite),
+            "head": self.on_lines(
+                f"function {out} = {self.name}(", f"{', '.join(self.arguments)})"
+            ),
+            "finite": self.assignment(self.fields["holds"], finite),
         }
 
     def call(self, function: str, arguments: list[str]) -> str:

@@ -23,7 +23,7 @@ from robostiff.frozen import field, frozen
 LARGE = sp.Integer(10) ** 50
 
 
-def scaled(expression: Any, scales: Mapping[Any, Any]) -> tuple[Any, Any]:
+def scale(expression: Any, scales: Mapping[Any, Any]) -> tuple[Any, Any]:
     """A power of ten and an expression of usual size, whose product is an expression.
 
     Symbols are to be multiplied by ten to the power of their `scales`, if they have one.
@@ -36,7 +36,7 @@ def scaled(expression: Any, scales: Mapping[Any, Any]) -> tuple[Any, Any]:
         return power, expression / sp.Integer(10) ** power
     if not expression.args:
         return scales.get(expression, 0), expression
-    parts = [scaled(part, scales) for part in expression.args]
+    parts = [scale(part, scales) for part in expression.args]
     if expression.is_Mul:
         return sum(power for power, _ in parts), sp.Mul(*(rest for _, rest in parts))
     if expression.is_Add:
@@ -209,9 +209,9 @@ def _in_order(
     if any(abs(x.p) > LARGE or x.q > LARGE for x in numbers):  # beyond the range of doubles
         scales: dict[Any, Any] = {}
         for i, d in enumerate(steps):
-            scales[d.symbol], rest = scaled(d.expression, scales)
+            scales[d.symbol], rest = scale(d.expression, scales)
             steps[i] = Definition(d.symbol, rest)
-        results = [_product(*scaled(result, scales)) for result in results]
+        results = [_product(*scale(result, scales)) for result in results]
     n = matrix.cols
     written: Any = sp.ImmutableMatrix(matrix.rows, n, results[: matrix.rows * n])
     beside = zip(conditions, results[matrix.rows * n :], strict=True)

@@ -50,7 +50,7 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
     blocks += [Sentences(derivation.remark)] * bool(derivation.remark)
     form, alone, taken = derivation.vectors, is_vectors_alone(derivation), set(names.given)
     defined = {d.symbol for x in (form, *form.others) for d in x.names} if form else set()
-    named = _named(derivation, {*names.given, *map(str, defined)})
+    named = _names_of(derivation, {*names.given, *map(str, defined)})
     definitions = list(named.definitions)
     # Wrenches in names are shorter than one leg by its springs.
     in_names = bool(form and form.passive) and not alone and derivation.named is not None
@@ -109,7 +109,7 @@ def is_vectors_alone(derivation: RobotDerivation) -> bool:
     return len(entries) + len(used) > _MOST_LINES
 
 
-def _named(derivation: RobotDerivation, taken: set[str]) -> InNames:
+def _names_of(derivation: RobotDerivation, taken: set[str]) -> InNames:
     """Names for K and the wrenches together, so that a name has one meaning; none in steps."""
     K, legs = derivation.K, derivation.legs
     if derivation.named is not None:
@@ -172,13 +172,15 @@ def _legs_in_words(derivation: RobotDerivation, *, kinds: bool = False) -> list[
 
 
 def _in_words(leg: LegDerivation) -> str:
-    words = f"{_listed(leg.elastic)}; passive joints: {_listed(leg.joints) or 'none'}"
+    words = (
+        f"{_names_in_words(leg.elastic)}; passive joints: {_names_in_words(leg.joints) or 'none'}"
+    )
     if leg.redundant:
-        words += f"; of these add no freedom to those before: {_listed(leg.redundant)}"
+        words += f"; of these add no freedom to those before: {_names_in_words(leg.redundant)}"
     return f"{words}."
 
 
-def _listed(names: Sequence[str]) -> str:
+def _names_in_words(names: Sequence[str]) -> str:
     """Names in a sentence; the freedoms of one joint together."""
     counts: dict[str, int] = {}
     for name in names:

@@ -227,7 +227,7 @@ def leg_coordinates(
             q[j] = exact_angle(plain) if screw.turns else exact_number(plain)
             q[j] = exact_number(0) if abs(np.mean(closed)) <= near else q[j]
         else:
-            q[j] = record.simplified(entry)
+            q[j] = record.simplify(entry)
             if isinstance(q[j], Entry) and q[j].step == entry.step:
                 symbols.append(name)
     return q, tuple(symbols)

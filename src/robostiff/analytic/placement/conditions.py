@@ -108,11 +108,15 @@ def _of_leg(
             yield Condition(words, expression.xreplace(short), leg=name)
     if not placed.following:
         yield from _closing(name, leg.gap, read)
-    stretched = list(_stretched(leg.leg, read))
+    stretched = list(_conditions_of_stretch(leg.leg, read))
     yield from (condition for condition, _ in stretched)
     # Legs on a flexible platform are eliminated as one.
     if not is_alone and placed.robot.platform is None:
-        joints = placed.eliminated[number] if placed.eliminated else _transmitted(placed, leg.leg)
+        joints = (
+            placed.eliminated[number]
+            if placed.eliminated
+            else _transmitted_wrenches(placed, leg.leg)
+        )
         yield from _independent(name, joints, read, stretched)
 
 
@@ -186,7 +190,7 @@ def _all_of(values: Iterable[Any]) -> Any:
     return -_any_of([-x for x in values])
 
 
-def _transmitted(placed: PlacedRobot, leg: PlacedLeg) -> Transmitted:
+def _transmitted_wrenches(placed: PlacedRobot, leg: PlacedLeg) -> Transmitted:
     """Wrenches that a leg transmits, in the frame in which fewest entries of its twists vary."""
     record, length, space = placed.record, placed.length, placed.entries.space
     recorder = LegRecorder(record, placed.reference, space, length)
@@ -220,7 +224,7 @@ def _independent(
     known, product, record = [1.0, *(x for _, x in stretched)], sp.Integer(1), read.record
     # What its wrenches are divided by and does not vanish, at the samples, and the squares of it.
     entries = (x for w in leg.wrenches for x in w)
-    for step in record.needed(x.step for x in entries if isinstance(x, Entry)):
+    for step in record.steps_needed(x.step for x in entries if isinstance(x, Entry)):
         if record.operations[step] is Operation.RECIPROCAL:
             at = record.sample(record.arguments(step)[0])
             known += [at, at**2]
@@ -255,14 +259,16 @@ def _may_vanish(square: Any, positive: Sequence[Any]) -> bool:
     return not all(x.is_number or x.is_positive or {x, -x} & {*positive} for x in factors)
 
 
-def _stretched(leg: PlacedLeg, read: ClosedReading) -> Iterator[tuple[Condition, np.ndarray]]:
+def _conditions_of_stretch(
+    leg: PlacedLeg, read: ClosedReading
+) -> Iterator[tuple[Condition, np.ndarray]]:
     """That no passive joints in a plane or about a point depend on others: they transmit more.
 
     Each with the values at the samples of the square that vanishes where they do.
     """
     for block in leg.blocks:
         for branch in block.branches:
-            yield from _stretched(branch, read)
+            yield from _conditions_of_stretch(branch, read)
     free = (x for x in leg.own_parts if isinstance(x, PlacedFreedom) and x.is_passive)
     single = [x for x in free if not isinstance(x, CoupledFreedom) and not (x.turns and x.slides)]
     for some in (*combinations(single, 2), *combinations(single, 3)):
@@ -366,7 +372,7 @@ def _following(placed: PlacedRobot, read: ClosedReading) -> list[Condition]:
             q = each[i]
             of_first = i == 0 and placed.follows.at_joints
             steps = [x.step for x in placed.closed[i] if isinstance(x, Entry)]
-            if of_first or following.isdisjoint(placed.record.needed(steps)):
+            if of_first or following.isdisjoint(placed.record.steps_needed(steps)):
                 continue
             gap = gap_of(leg, q, platform.R, platform.p, placed.length)
             if placed.follows.at_joints:

@@ -167,7 +167,7 @@ def _without_denominator(field: ExactField, wrench: Any) -> tuple[list[Any], Any
     length = sp.Mul(*(x**-n for x, n in least.items() if n < 0))
     elements = [field.element(x) for x in length * wrench]
     below = common_denominator(field, elements)
-    entries = [field.reduced(over(x, below)) for x in elements]
+    entries = [field.reduce(over(x, below)) for x in elements]
     above = common_factor(entries)
     return [x if x.is_zero() else x / above for x in entries], above, below, length**2
 
@@ -197,7 +197,7 @@ def _minors(
                         raise FormulaTooLargeError.beyond(_LARGEST)
                     product = row[j] * rest
                     total = total - product if (k + place) % 2 else total + product
-                larger[columns] = field.reduced(total)
+                larger[columns] = field.reduce(total)
             known = larger
         minors = [minor for minor in known.values() if not minor.is_zero()]
         if any(len(minor) > _LARGEST for minor in minors):

@@ -19,7 +19,12 @@ from robostiff.analytic.exact.definition import (
 )
 from robostiff.analytic.exact.element import root_of
 from robostiff.analytic.exact.exact_points import values_of
-from robostiff.analytic.exact.factors import bound_of_terms, by_powers, completed_squares, factored
+from robostiff.analytic.exact.factors import (
+    bound_of_terms,
+    by_powers,
+    completed_squares,
+    factors_of,
+)
 from robostiff.analytic.exact.field import ExactField, shared_field
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.reading.rewriting import free_names, shortest_trigonometry
@@ -99,7 +104,7 @@ class NamedReading:
 
     def length(self, value: Any) -> Any:
         """A length, named where it is more than a symbol or a number."""
-        value = self.record.simplified(value)
+        value = self.record.simplify(value)
         expression = self(value)
         # q + 3/50 for (50 q + 3)/50
         expression = min(expression, sp.expand_mul(expression, deep=False), key=count_of)
@@ -190,7 +195,7 @@ class NamedReading:
     def _expression(self, value: Any) -> Any:
         if not isinstance(value, Entry):
             return self._closed(value)
-        for step in self.record.needed([value.step]):
+        for step in self.record.steps_needed([value.step]):
             if step not in self._raw:
                 self._raw[step] = self._written(step)
         return self._raw[value.step]
@@ -217,7 +222,7 @@ class NamedReading:
             is_long = count_of(expression) > _LONG  # it is cancelled before it grows
             others = [self._shortest(expression)] if is_long else []
             return min([expression, *others], key=count_of)
-        simpler = self.record.simplified(Entry(self.record, step))
+        simpler = self.record.simplify(Entry(self.record, step))
         if not isinstance(simpler, Entry):
             return self._closed(simpler)
         if simpler.step != step:
@@ -320,7 +325,9 @@ def _in_squares(radicand: Any) -> Any:
         parts = by_powers(num, [field.generators.index(name) for name in names.values()])
         factors = {powers: map(sp.Pow, turning, powers) for powers in parts}
         found += [
-            sp.Add(*(sp.Mul(factored(field, x), *factors[powers]) for powers, x in parts.items())),
+            sp.Add(
+                *(sp.Mul(factors_of(field, x), *factors[powers]) for powers, x in parts.items())
+            ),
             by_angles,
         ]
     # A product under a root is one of roots.

@@ -67,7 +67,7 @@ class ClosedReading:
         """The expression of an entry or number."""
         if not isinstance(value, Entry):
             return exact(value)
-        for step in self.record.needed([value.step]):
+        for step in self.record.steps_needed([value.step]):
             if step not in self._known:
                 self._known[step] = self.written(step, self._known)
         return self._known[value.step]
@@ -131,7 +131,7 @@ class StepReading:
     ) -> None:
         wanted = [value.step for value in results if isinstance(value, Entry)]
         points = ExactPoints(record)
-        self._same = points.same(record.needed(wanted))
+        self._same = points.same(record.steps_needed(wanted))
         if at_closed_postures:
             self._close(record)
         self._shorten(record, points)
@@ -255,7 +255,7 @@ class StepReading:
                 name = record.names.get(step)
                 if found is None or (name is not None and found[1] < 0):
                     continue
-                for argument in record.needed([found[0]]):
+                for argument in record.steps_needed([found[0]]):
                     self._same.setdefault(argument, Same(argument, sp.Integer(1)))
                 if name is not None:
                     record.names.setdefault(found[0], name)
@@ -294,7 +294,7 @@ class _ShorterSteps:
         angles = sorted(x for x, times in uses.items() if x is not None and times > 1)
         each = [Entry(record, x) for x in angles]
         sums = [x for a, b in combinations(each, 2) for x in (a + b, a - b)]
-        entries = [x for x in map(record.simplified, sums) if isinstance(x, Entry)]
+        entries = [x for x in map(record.simplify, sums) if isinstance(x, Entry)]
         turned = [x.apply(kind).step for x in entries for kind in _TURNING]
         return cls(record, points, turned, np.array(kept, dtype=int), values)
 
@@ -324,7 +324,7 @@ def written_size(record: Record, results: Iterable[Any]) -> int:
     """Operations of the longest result, written out without names."""
     wanted = [value.step for value in results if isinstance(value, Entry)]
     sizes: dict[int, int] = {}
-    for step in record.needed(wanted):
+    for step in record.steps_needed(wanted):
         sizes[step] = 1 + sum(sizes[argument] for argument in record.arguments(step))
     return max((sizes[step] for step in wanted), default=0)
 

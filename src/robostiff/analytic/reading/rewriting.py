@@ -64,10 +64,10 @@ def in_letters(written: Written, taken: Iterable[str]) -> Written:
             name = next(letters.setdefault(letter, free_names(letter, given)))
             if name != symbol.name:
                 put[symbol] = sp.Symbol(name, **symbol.assumptions0)
-    return _renamed(replace(written, definitions=tuple(definitions)), put)
+    return _rename(replace(written, definitions=tuple(definitions)), put)
 
 
-def _renamed(written: Written, put: Mapping[Any, Any]) -> Written:
+def _rename(written: Written, put: Mapping[Any, Any]) -> Written:
     """The same with other symbols."""
     if not put:
         return written
@@ -91,7 +91,7 @@ def as_components(written: Written, components: Sequence[str], taken: set[str]) 
                 if entry in (symbol, -symbol) and name not in used and symbol not in put:
                     used.add(name)
                     put[symbol] = sp.Symbol(name, real=True)
-    return in_letters(_renamed(written, put), taken) if put else written
+    return in_letters(_rename(written, put), taken) if put else written
 
 
 def in_order(definitions: Sequence[Definition]) -> Iterator[Definition]:
@@ -137,13 +137,13 @@ def over_a_name(expression: Any, total: Any, name: Any, factor: Any) -> Any:
 
 def put_in(expression: Any, pairs: tuple[tuple[Any, Any], ...]) -> Any:
     """An expression with others for some of its parts."""
-    return _replaced(expression, dict(pairs))
+    return _replace(expression, dict(pairs))
 
 
-def _replaced(expression: Any, put: dict[Any, Any]) -> Any:
+def _replace(expression: Any, put: dict[Any, Any]) -> Any:
     if expression in put:
         return put[expression]
-    return _with_parts(expression, lambda x: _replaced(x, put))
+    return _with_parts(expression, lambda x: _replace(x, put))
 
 
 def _with_parts(expression: Any, change: Callable[[Any], Any]) -> Any:
@@ -175,11 +175,11 @@ def third_side(radicand: Any, above: Any) -> Any:
 
 
 @cacheit
-def divided(expression: Any, ratio: Definition) -> Any:
+def divide(expression: Any, ratio: Definition) -> Any:
     """An expression with powers of a ratio in its products, where these become no longer."""
     if not expression.args or not symbols_in(ratio.expression) <= symbols_in(expression):
         return expression
-    expression = _with_parts(expression, lambda x: divided(x, ratio))
+    expression = _with_parts(expression, lambda x: divide(x, ratio))
     if not isinstance(expression, sp.Mul):
         return expression
     rest, part = dict(powers(expression)), powers(ratio.expression)
@@ -226,7 +226,7 @@ def by_difference(expression: Any, difference: Definition, a: Any, b: Any) -> An
 @cacheit
 def with_multiple(expression: Any, length: Any, multiple: Any) -> Any:
     """An expression with a multiple for a length, which comes out of the sums inside."""
-    found = _replaced(expression, {length: multiple})
+    found = _replace(expression, {length: multiple})
     sums = (x for x in parts_of(expression) if x.is_Add and x != expression)
     return sp.factor_terms(found) if any(length in symbols_in(x) for x in sums) else found
 
@@ -262,7 +262,7 @@ def in_squares(expression: Any, symbol: Any, square: Any, once: Any) -> Any:
         if power.is_Pow and power.base == symbol and power.exp.is_Integer:
             half, odd = divmod(int(power.exp), 2)
             powers[power] = square**half * once**odd
-    return _replaced(expression, powers)
+    return _replace(expression, powers)
 
 
 @frozen(eq=False)

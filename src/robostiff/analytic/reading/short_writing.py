@@ -31,7 +31,7 @@ from robostiff.analytic.reading.rewriting import (
     Written,
     as_components,
     by_difference,
-    divided,
+    divide,
     free_names,
     in_letters,
     in_order,
@@ -302,7 +302,7 @@ class _Search:
                 if a.name[:2] == b.name[:2] == "L_":
                     yield from self.by_cosine(w, a, b)
                 new = self.name("s", a / b)
-                yield self.move(divided, new, of=(a, b), new=new)
+                yield self.move(divide, new, of=(a, b), new=new)
 
     def by_cosine(self, w: Writing, above: Any, below: Any) -> Iterator[Move]:
         """For s = L_a/L_b with L_a^2 = L_b^2 - x^2: sqrt(1 - (x/L_b)^2), and s L_b for L_a."""

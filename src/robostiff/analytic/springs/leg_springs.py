@@ -34,7 +34,7 @@ _ROUNDING, _CLOSE = 1e-11, 1e-9
 Contribution = tuple[Any, Any]
 
 
-def summed(contributions: Sequence[Contribution]) -> Any:
+def sum_of(contributions: Sequence[Contribution]) -> Any:
     """The sum of contributions; springs that feel the same stand in one bracket."""
     of_load: dict[Any, Any] = {}
     for square, compliance in contributions:
@@ -42,7 +42,7 @@ def summed(contributions: Sequence[Contribution]) -> Any:
     return sp.Add(*(square * compliance for square, compliance in of_load.items()))
 
 
-def _bent(L: Any, across: Any, lever: Any, turning: Any) -> tuple[Any, Any]:
+def _bending_energy(L: Any, across: Any, lever: Any, turning: Any) -> tuple[Any, Any]:
     """Integral of the squared bending moment over a beam: f x + m, by its end's f and m."""
     terms = (across, 3), (lever, 2), (turning, 1)
     present = [(square, L**n / n) for square, n in terms if square != 0]
@@ -57,9 +57,9 @@ def recognised_beam(spring: PlacedSpring, record: Record) -> tuple[Any, dict[str
     each = [uniform_beam(x) for x in at_samples(C, record.count)]
     if any(beam is None or beam.shear_y or beam.shear_z for beam in each):
         return None
-    along = record.simplified(C[1, 5] * 2 / C[5, 5])
+    along = record.simplify(C[1, 5] * 2 / C[5, 5])
     places = {"EA": 0, "EI_z": 5, "EI_y": 4, "GJ": 3}
-    return along, {letter: record.simplified(along / C[i, i]) for letter, i in places.items()}
+    return along, {letter: record.simplify(along / C[i, i]) for letter, i in places.items()}
 
 
 _SAME = 1e-10
@@ -84,7 +84,7 @@ class ConjugateWrench:
         each = [w.seen_from(place, search) for _, w in self.parts]
         factors = [f for f, _ in self.parts]
         columns = zip(*each, search.scale, strict=True)
-        return [search.record.simplified(dot(factors, own), scale) for *own, scale in columns]
+        return [search.record.simplify(dot(factors, own), scale) for *own, scale in columns]
 
 
 @frozen(eq=False)
@@ -183,11 +183,11 @@ class LegReader:
                 # A unit couple, of which the rest bends.
                 turning = min(turning, 1 - total((mx, nx)), key=count_of)
             bent = total((fy, gy), (fz, gz)), total(*levers), turning
-            found.append((*_bent(L, *bent), "EI_z"))
+            found.append((*_bending_energy(L, *bent), "EI_z"))
         else:
             for f, g, m, n, letter in ((fy, gy, mz, nz, "EI_z"), (fz, gz, -my, -ny, "EI_y")):
                 bent = total((f, g)), total((f, n), (m, g)), total((m, n))
-                found.append((*_bent(L, *bent), letter))
+                found.append((*_bending_energy(L, *bent), letter))
         found.append((total((mx, nx)), L, "GJ"))
         return [(square, x / of_beam[letter]) for square, x, letter in found if square != 0]
 
@@ -195,7 +195,7 @@ class LegReader:
         """A sum of products, simplified as a whole or left as it is, whichever is shorter."""
         pairs = tuple((x, y) for x, y in pairs if not (is_zero(x) or is_zero(y)))
         total: Any = sum((x * y for x, y in pairs), sp.Integer(0))
-        simpler = self.search.record.simplified(total, self.search.length)
+        simpler = self.search.record.simplify(total, self.search.length)
         if not isinstance(simpler, Entry):
             return self.read(simpler)
         for other, name in getattr(self.read, "known", ()):  # scalars of a generic leg
@@ -224,7 +224,7 @@ class LegReader:
             raise FormulaTooLargeError.beyond(len(units))
 
         def shared(i: int, j: int) -> Any:
-            return summed(self.contributions(leg, units[i], units[j]))
+            return sum_of(self.contributions(leg, units[i], units[j]))
 
         shifts, values, compliances = self._conjugate(basis.compliance, shared)
         # Rows of L^-1, a lower triangle with ones on its diagonal.
@@ -337,7 +337,7 @@ class LegReader:
             for w, share in zip(wrenches, shares, strict=True):
                 so_far = of_compliance.get(w.compliance, 0)
                 of_compliance[w.compliance] = so_far + share[i] * share[j]
-            terms = [self.read(record.simplified(x)) / c for c, x in of_compliance.items()]
+            terms = [self.read(record.simplify(x)) / c for c, x in of_compliance.items()]
             return sp.Add(*terms)
 
         D = np.einsum("nbi,nb,nbj->nij", at, 1 / compliances, at)
@@ -348,7 +348,7 @@ class LegReader:
             later = [row[i] for row in shifts[i + 1 :]]
             moved = [dot(later, [c[r] for c in columns[i + 1 :]]) for r in range(6)]
             whole = (x if is_zero(y) else x + y for x, y in zip(column, moved, strict=True))
-            sample.append([*map(record.simplified, whole, search.scale)])
+            sample.append([*map(record.simplify, whole, search.scale)])
         found = BlockSprings(frame, tuple(sample), tuple(1 / k for k in stiffnesses), search)
         self._blocks[id(block)] = found
         return found
@@ -391,12 +391,12 @@ def shares_of(columns: Sequence[list[Any]], w: list[Any], search: WrenchSearch) 
         pivot = min(open_rows, key=awkwardness)
         taken.append(pivot)
         divisor = rows[pivot][k]
-        rows[pivot] = [record.simplified(x / divisor) for x in rows[pivot]]
+        rows[pivot] = [record.simplify(x / divisor) for x in rows[pivot]]
         for r in range(6):
             factor = rows[r][k]
             if r != pivot and not is_zero(factor):
                 rows[r] = [
-                    record.simplified(x - dot([factor], [y]), scale[r])
+                    record.simplify(x - dot([factor], [y]), scale[r])
                     for x, y in zip(rows[r], rows[pivot], strict=True)
                 ]
     return [rows[r][m] for r in taken]

@@ -96,7 +96,7 @@ def sum_of_springs(
     search = WrenchSearch.of(placed)
     read = NamedReading(placed.record, placed.symbols, placed.springs)
     reader = LegReader(search, read)
-    grouped = _grouped(placed, turned or {}, search, reader)
+    grouped = _groups(placed, turned or {}, search, reader)
     if grouped is None:
         return None
     groups, legs = grouped
@@ -154,7 +154,7 @@ def sum_of_springs(
     return found
 
 
-def _grouped(
+def _groups(
     placed: PlacedRobot,
     turned: Mapping[int, tuple[int, Image]],
     search: WrenchSearch,
@@ -259,7 +259,7 @@ class WrenchOfLeg:
 
         def write() -> list[Any]:
             pairs = zip(way.made_from(self.entries), search.scale, strict=True)
-            return [search.record.simplified(x, scale) for x, scale in pairs]
+            return [search.record.simplify(x, scale) for x, scale in pairs]
 
         return WrenchOfLeg(way.of(self.at), write)
 
@@ -306,7 +306,7 @@ def matrix_of(
                 place = rows[i], rows[j]
                 key = *entries[place], sum(row > 2 for row in place)
                 if key not in written:
-                    written[key] = _written(entries[place], place, search, read)
+                    written[key] = _text_of(entries[place], place, search, read)
                 term = written[key]
                 if place in others:
                     other = sp.Add(*(n * (1 - read(x) ** 2) for n, x in others[place]))
@@ -323,7 +323,7 @@ def matrix_of(
     return sp.ImmutableMatrix(n, n, lambda i, j: sp.Add(*total.get((min(i, j), max(i, j)), ())))
 
 
-def _written(
+def _text_of(
     products: Products, place: tuple[int, int], search: WrenchSearch, read: Callable[[Any], Any]
 ) -> Any:
     """A sum of products, simplified as a whole or product by product, whichever is shorter."""
@@ -333,8 +333,8 @@ def _written(
     for number, a, b in products:
         by_number[number] = by_number.get(number, sp.Integer(0)) + a * b
     for number, part in by_number.items():
-        total = total + number * search.record.simplified(part, scale)
-    total = search.record.simplified(total, scale)
+        total = total + number * search.record.simplify(part, scale)
+    total = search.record.simplify(total, scale)
     if not isinstance(total, Entry):
         return read(total)
     apart = sp.Add(*(number * read(a) * read(b) for number, a, b in products))

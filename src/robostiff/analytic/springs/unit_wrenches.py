@@ -133,7 +133,7 @@ class UnitWrench:
     def seen_from(self, place: WorkingFrame | np.ndarray, search: WrenchSearch) -> list[Any]:
         """Its six entries in a frame, about its origin, or about a point in world axes."""
         R, p = (place.R, place.p) if isinstance(place, WorkingFrame) else (None, place)
-        e, simplified = self.direction, search.record.simplified
+        e, simplified = self.direction, search.record.simplify
         turned = e if R is None else [simplified(x) for x in turned_back(R, e)]
         if self.point is None:
             return [0, 0, 0, *turned]
@@ -147,7 +147,7 @@ class UnitWrench:
         twist = freedom.twist(np.asarray(at, dtype=object))
         part = twist[3:] if self.point is None else twist[:3]
         total = part[0] * self.direction[0] + part[1] * self.direction[1]
-        return search.record.simplified(total + part[2] * self.direction[2], search.length)
+        return search.record.simplify(total + part[2] * self.direction[2], search.length)
 
 
 @frozen
@@ -227,7 +227,7 @@ class WrenchSearch:
         count = m
         while count < len(found) and comb(count + 1, m) <= _MOST:
             count += 1
-        return _combined(sorted(found, key=lambda one: one.cost)[:count], sample)
+        return _fewest_couplings(sorted(found, key=lambda one: one.cost)[:count], sample)
 
     def of_wrenches(self, leg: PlacedLeg, wrenches: tuple[UnitWrench, ...]) -> Basis | None:
         """A basis of given wrenches; None where they are none of what a leg transmits."""
@@ -285,7 +285,7 @@ class WrenchSearch:
         for group in _alike(np.array([at for at, _ in each]), _SAME * scale, up_to_sign=up_to_sign):
             written = ((vector, each[i][0]) for i in group if (vector := each[i][1]()) is not None)
             for vector, at in islice(written, 1):
-                simpler = [self.record.simplified(x, scale) for x in vector]
+                simpler = [self.record.simplify(x, scale) for x in vector]
                 found.append((np.array(simpler, dtype=object), at))
         return found
 
@@ -300,7 +300,7 @@ class _PlacedWrench:
     cost: int = 0
 
 
-def _combined(pool: Sequence[_PlacedWrench], sample: SampledLeg) -> Basis | None:
+def _fewest_couplings(pool: Sequence[_PlacedWrench], sample: SampledLeg) -> Basis | None:
     """Independent wrenches with the fewest couplings, cheap ones first."""
     m = sample.transmitted or 0
     best: tuple[tuple[int, int], Basis] | None = None
@@ -380,11 +380,11 @@ def _unit(a: _Vector) -> _Vector | None:
         least = np.min(np.abs(at), axis=0)
         first = int(np.argmax(least))
         if least[first] > 0 and np.max(np.ptp(at / at[:, [first]], axis=0)) < _SAME:
-            ratios = [record.simplified(x / between[first]) for x in between]
+            ratios = [record.simplify(x / between[first]) for x in between]
             ratios = np.array(ratios, dtype=object)
             if not any(isinstance(x, Entry) for x in ratios):
                 return ratios * int(np.sign(at[0, first])) / sp.sqrt(sp.sympify(ratios @ ratios))
-        length = record.simplified(square_root(square))
+        length = record.simplify(square_root(square))
         if not isinstance(length, Entry):
             return between if length == 1 else None
         if np.min(length.sample) <= _SAME:

@@ -298,7 +298,7 @@ class VectorForm(Formula):
         K: Any = steps.inverse(steps.entries(C.extract(rows, rows), f"C{number}_"), step)
         for k, twist in enumerate(self.passive, start=1):
             J = sp.Matrix(steps.known[twist]).extract(rows, [0])
-            *_, K = steps.eliminated(K, J, f"{number}_{k}")
+            *_, K = steps.eliminate(K, J, f"{number}_{k}")
         units = sp.eye(6)[:, rows]
         return [((units * K).col(k), None, units.col(k)) for k in range(len(rows))]
 

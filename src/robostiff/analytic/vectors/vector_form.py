@@ -19,7 +19,7 @@ from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.placement.turned_legs import COMPONENTS, averages, orbits_of
 from robostiff.analytic.reading.record_reading import ClosedReading
-from robostiff.analytic.springs.leg_springs import LegReader, NoUnitWrenchesError, summed
+from robostiff.analytic.springs.leg_springs import LegReader, NoUnitWrenchesError, sum_of
 from robostiff.analytic.springs.unit_wrenches import UnitWrench, WrenchSearch
 from robostiff.analytic.vectors.forms import LegTable, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
@@ -163,7 +163,7 @@ class _Recognition:
         for numbers in sorted(kinds.values(), key=len, reverse=True):
             labels = tuple(placed.legs[i].leg.name for i in numbers)
             legs = [leg for i in numbers if (leg := each[i])]
-            forms.append(self._joined(pose, labels, [rods[i] for i in numbers], legs))
+            forms.append(self._join(pose, labels, [rods[i] for i in numbers], legs))
         if None in forms:
             return None
         return replace(forms[0], others=tuple(forms[1:]), **parallel)
@@ -190,10 +190,10 @@ class _Recognition:
                 return [None], {}
             self.read.known = rod.named(rod.scalars())
             mean = UnitWrench(each[0].direction, middle[1])
-            compliance = summed(contributions(leg.without_blocks, mean, mean))
+            compliance = sum_of(contributions(leg.without_blocks, mean, mean))
             if len(branches) > 1:
                 pairs = zip(branches, each, strict=True)
-                (of_rod, *_) = own_rods = [summed(contributions(b, f, f)) for b, f in pairs]
+                (of_rod, *_) = own_rods = [sum_of(contributions(b, f, f)) for b, f in pairs]
                 of_rods |= {*own_rods}
                 # Each rod takes the same share of a force through their middle.
                 compliance += of_rod / len(branches)
@@ -209,7 +209,7 @@ class _Recognition:
         of_rod = Equation("v_ij", couple), Equation("c_r", of_rods.pop())
         return legs, {"rods": tuple(arms), "of_rod": of_rod}
 
-    def _joined(
+    def _join(
         self,
         pose: tuple[Equation, ...],
         labels: tuple[str, ...],

@@ -335,7 +335,7 @@ def _elbow_of(leg: PlacedLeg, count: int) -> Any:
 def in_the_platform(placed: PlacedRobot, vector: np.ndarray) -> Any:
     """A vector of the world in the axes of the platform."""
     turned = turned_back(placed.platform.R, vector)
-    return tuple(placed.record.simplified(x, placed.length) for x in turned)
+    return tuple(placed.record.simplify(x, placed.length) for x in turned)
 
 
 def _width(leg: PlacedLeg, axis: np.ndarray | None, placed: PlacedRobot) -> Any:
@@ -349,9 +349,9 @@ def _width(leg: PlacedLeg, axis: np.ndarray | None, placed: PlacedRobot) -> Any:
 
 
 def _distance(a: np.ndarray, b: np.ndarray, placed: PlacedRobot) -> Any:
-    square = placed.record.simplified((b - a) @ (b - a))
+    square = placed.record.simplify((b - a) @ (b - a))
     length = square_root(square) if isinstance(square, Entry) else sp.sqrt(square)
-    return placed.record.simplified(length)
+    return placed.record.simplify(length)
 
 
 def are_along(one: np.ndarray, other: np.ndarray) -> bool:

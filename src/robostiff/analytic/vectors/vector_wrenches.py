@@ -19,7 +19,7 @@ from robostiff.analytic.exact.definition import Definition, count_of
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, summed
+from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, sum_of
 from robostiff.analytic.springs.unit_wrenches import Basis, SampledLeg, UnitWrench
 from robostiff.analytic.vectors.vector_expressions import Cross, Norm, Stacked, Sum, Times
 from robostiff.analytic.vectors.vector_rods import (
@@ -187,7 +187,7 @@ class WrenchWriter:
             contributions = self.springs.contributions(without, units[i], units[j])
             if bars is not None and i == j:
                 contributions = [*contributions, (sp.Integer(1), bars(units[i]))]
-            shared[i, j] = self.of_leg(summed(contributions))
+            shared[i, j] = self.of_leg(sum_of(contributions))
             if count_of(shared[i, j]) > _LONGEST:
                 raise FormulaTooLargeError.beyond(_LONGEST)
         return LegInVectors(tuple(w for *_, w in found), shared)
@@ -211,7 +211,7 @@ class WrenchWriter:
             if not (is_across and are_along(at[i], at[j])):
                 continue
             force, turning = forces[i].direction, cross(forces[i].direction, along)
-            across = np.array([record.simplified(x) for x in turning], dtype=object)
+            across = np.array([record.simplify(x) for x in turning], dtype=object)
             kept = [w for w in units if w not in (forces[i], forces[j])]
             point = leg.end
             if rod.carrier is not Carrier.NOTHING:
@@ -277,7 +277,7 @@ class KnownReading(NamedReading):
 
     def length(self, value: Any) -> Any:
         """A length, written out: it differs from leg to leg."""
-        return self(self.record.simplified(value))
+        return self(self.record.simplify(value))
 
     def _expression(self, value: Any) -> Any:
         return self._of_step(value.step) if isinstance(value, Entry) else super()._expression(value)

@@ -25,7 +25,7 @@ from robostiff.spatial import Space
 _ASIDE, _SEED = 1e-1, 5
 
 
-def verified(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> Robot:
+def robot_at_home(robot: Robot, top: Place, places: list[Place], *, chosen: bool) -> Robot:
     """The robot with its pose coordinates chosen, by the file or else as they follow from the legs.
 
     Raises at the leg that does not close at home, at the joint that leaves the plane, or at
@@ -82,7 +82,7 @@ def at_home(
 
     Raises at the part that is to blame, as `verified` does.
     """
-    robot = verified(robot, top, places, chosen=chosen)
+    robot = robot_at_home(robot, top, places, chosen=chosen)
     if robot.platform is not None:
         from robostiff.network import SpringElement
         from robostiff.network.equations import check_fits

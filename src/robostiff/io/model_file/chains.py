@@ -26,7 +26,7 @@ from robostiff.io.model_file.place import (
     with_key,
 )
 from robostiff.io.model_file.platform import WrittenAttachment
-from robostiff.io.suggest import did_you_mean, numbered
+from robostiff.io.suggest import did_you_mean, free_names
 from robostiff.io.units import Dimension
 from robostiff.model import (
     Actuated,
@@ -303,7 +303,7 @@ class WrittenCoupled(WrittenMapping):
                 raise (here / i / "name").error(
                     "name of an element", got=name, expected="each name once in a chain"
                 )
-        names = numbered(written_names, [element.type for element in written])
+        names = free_names(written_names, [element.type for element in written])
         elements: tuple[Element, ...] = tuple(
             element.build(here / i, name)
             for i, (element, name) in enumerate(zip(written, names, strict=True))

@@ -24,7 +24,7 @@ from robostiff.elasticity import (
     elasticity_from_compliance,
     elasticity_from_stiffness,
     i_section,
-    moved,
+    in_element_axes,
     rectangle,
     tapered_compliance,
     tube,
@@ -402,7 +402,7 @@ class WrittenSpring(WrittenMatrices, WrittenMass):
         elasticity, axes = self.elasticity(place), self.turned(place)
         at = (place / "at").point(self.at)
         if np.any(at):
-            elasticity, axes = moved(elasticity, axes, -at), np.eye(3)
+            elasticity, axes = in_element_axes(elasticity, axes, -at), np.eye(3)
         return Link(np.zeros(3), elasticity, axes, name, self.masses(place))
 
 

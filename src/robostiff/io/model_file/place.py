@@ -16,7 +16,7 @@ from robostiff.errors import FileError, InputError, Words
 from robostiff.frozen import field, frozen
 from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
-from robostiff.io.suggest import shown
+from robostiff.io.suggest import as_in_a_file
 from robostiff.io.units import Dimension, SIQuantity, question, to_si
 from robostiff.io.validation import plain
 from robostiff.model import Mass
@@ -92,7 +92,7 @@ class Place(DocumentPlace):
     def any_number(self, subject: str, value: object, dimension: Dimension) -> Any:
         """What is written here, which may be anything, in SI units."""
         if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-            raise self.error(subject, got=shown(value), expected="a number or an expression")
+            raise self.error(subject, got=as_in_a_file(value), expected="a number or an expression")
         return self.number(value, dimension)
 
     def number_at(
@@ -206,7 +206,7 @@ class _NumberOrText:
             if isinstance(value, (str, int, float)) and not isinstance(value, bool):
                 return value
             expected = "a number, or a text such as 300 mm or 2*R"
-            raise InputError("wrong value", got=shown(value), expected=expected)
+            raise InputError("wrong value", got=as_in_a_file(value), expected=expected)
 
         return core_schema.no_info_plain_validator_function(checked)
 

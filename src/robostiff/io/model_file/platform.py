@@ -189,7 +189,7 @@ class WrittenBodySpring(WrittenMapping):
             return BodySpring(self.name, (first, second), **numbers)
 
 
-def attached(
+def attach(
     legs: list[tuple[Place, Leg]],
     platform: FlexiblePlatform | None,
     top: Place,

@@ -33,12 +33,12 @@ from robostiff.io.model_file.place import (
     check_version,
     top_place,
 )
-from robostiff.io.model_file.platform import WrittenBodySpring, WrittenPlatform, attached
+from robostiff.io.model_file.platform import WrittenBodySpring, WrittenPlatform, attach
 from robostiff.io.model_file.symbols import (
     ParameterChoice,
     Symbols,
     chosen_parameters,
-    completed,
+    complete,
     symbolic_values,
 )
 from robostiff.io.units import Dimension
@@ -96,7 +96,7 @@ class WrittenRobot(WrittenPosed, WrittenStock):
         here = top / "platform"
         platform = None if self.platform is None else self.platform.build(here)
         legs = build_legs(top / "legs", self.legs)
-        legs = attached(legs, platform, here, self.platform, holds)
+        legs = attach(legs, platform, here, self.platform, holds)
         with top.complaints():
             robot = Robot(
                 name=self.name,
@@ -423,7 +423,7 @@ def model_from_document(
     exact, overrides = exact_mathematics(), {**overrides, **quantities}
     top = top_place(document, written.parameters, overrides, exact, nominal=nominal, **files)
     symbolic = _built(written, top, robot.holds)
-    return completed(symbolic, robot, nominal, numbers)
+    return complete(symbolic, robot, nominal, numbers)
 
 
 def _built(written: WrittenModel, top: Place, holds: Sequence[str] = ()) -> Any:

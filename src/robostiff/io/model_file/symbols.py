@@ -115,7 +115,7 @@ def unit_of(value: SIQuantity) -> str:
     return value.dimension.si_unit
 
 
-def completed(
+def complete(
     symbolic: Robot,
     numeric: Robot,
     nominal: Mapping[str, float],

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from robostiff.errors import InputError, Words, warn_of_slip
 from robostiff.io.document import Document
 from robostiff.io.expression import exact_mathematics
-from robostiff.io.model_file.at_home import verified
+from robostiff.io.model_file.at_home import robot_at_home
 from robostiff.io.model_file.links import WrittenBeam, WrittenLink
 from robostiff.io.model_file.place import Place, top_place
 from robostiff.io.model_file.robots import distinct_coordinates
@@ -338,7 +338,9 @@ def robot_of_tree(
                 "coordinates of a serial arm", expected="none: its joints pose it", key=True
             )
         robot = replace(robot, coordinates=coordinates)
-    return verified(robot, top, [top] * len(robot.legs), chosen=written.coordinates is not None)
+    return robot_at_home(
+        robot, top, [top] * len(robot.legs), chosen=written.coordinates is not None
+    )
 
 
 def linkage_of_tree(

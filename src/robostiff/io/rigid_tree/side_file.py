@@ -37,7 +37,7 @@ from robostiff.io.model_file.place import (
     top_place,
 )
 from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeJoint
-from robostiff.io.suggest import listing, shown, values
+from robostiff.io.suggest import listing, as_in_a_file, values
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
 from robostiff.model import Actuated, Coupling, Joint, Locked, Passive, Role, StiffnessLaw, coupling
@@ -319,7 +319,9 @@ class DescribedTree:
                 if len(entries) != len(dimensions) or alone != one:
                     some = f"a list of {values(len(dimensions))}"
                     subject, wanted = f"coordinates of {name!r}", "a number or an expression"
-                    raise place.error(subject, got=shown(value), expected=wanted if one else some)
+                    raise place.error(
+                        subject, got=as_in_a_file(value), expected=wanted if one else some
+                    )
                 coordinates[name] = tuple(
                     (place if alone else place / i).any_number("coordinate", *pair)
                     for i, pair in enumerate(zip(entries, dimensions, strict=True))
@@ -379,7 +381,7 @@ class DescribedTree:
             if joint.name not in self.undecided:
                 continue
             name, servo = joint.name, getattr(joint.role, "stiffness", None) or 0.0
-            root, factor, offset = _followed(name, by_name, decided)
+            root, factor, offset = _leader(name, by_name, decided)
             own = replace(joint, spring=joint.spring + servo)
             if name not in loaded:
                 outside[root] = outside.get(root, 0.0) + factor**2 * own.spring
@@ -413,7 +415,7 @@ class DescribedTree:
         return tuple(couplings), roles
 
 
-def _followed(
+def _leader(
     name: str, by_name: Mapping[str, TreeJoint], ends: Collection[str]
 ) -> tuple[str, float, float]:
     """The joint that a joint follows in the end, one of `ends` at most: name, factor and offset.
@@ -457,7 +459,7 @@ def _home(
     joint: TreeJoint, coordinates: Mapping[str, tuple[float, ...]], by_name: Mapping[str, TreeJoint]
 ) -> tuple[float, ...]:
     """The given coordinates, those that follow from another joint, or those of the tree."""
-    root, factor, offset = _followed(joint.name, by_name, coordinates)
+    root, factor, offset = _leader(joint.name, by_name, coordinates)
     leader = by_name.get(root, joint)
     others = (0.0,) * (len(_DIMENSIONS.get(leader.type, (_TURN,))) - 1)
     given = coordinates.get(root, (leader.home, *others))

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from robostiff.errors import FileError, InputError, Location, Words, warn_of_slip
-from robostiff.extras import READERS, added
+from robostiff.extras import READERS, entry_points_of
 from robostiff.frozen import frozen
 from robostiff.io.bounded_file import bounded_bytes
 from robostiff.io.document import Document, read_document
@@ -390,7 +390,7 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
     """
     if side is None:
         name = Path(description).name
-        for ending in (".xacro", ".urdf", ".xml", *added(READERS)):
+        for ending in (".xacro", ".urdf", ".xml", *entry_points_of(READERS)):
             name = name[: -len(ending)] if name.lower().endswith(ending) else name
         path = Path(description).with_name(f"{name}.stiffness.yaml")
         if not path.exists():

@@ -34,7 +34,7 @@ from robostiff.io.snapshot.elements import (
     screw_data,
     spring6_data,
 )
-from robostiff.io.suggest import distinct, numbered
+from robostiff.io.suggest import distinct, free_names
 from robostiff.io.validation import validate
 from robostiff.model import PlacedMass
 from robostiff.network import BeamElement, JointElement, Network, Node, SpringElement
@@ -183,7 +183,7 @@ def network_from_document(document: Document) -> Network:
         parts = getattr(graph, f"{kind}s")
         written_names, elements = [part.name for part in parts], []
         refuse_twins(written_names, place.at(f"{kind}s"), kind)
-        for i, name in enumerate(numbered(written_names, [kind] * len(parts))):
+        for i, name in enumerate(free_names(written_names, [kind] * len(parts))):
             part, here = parts[i], place.at(f"{kind}s", i)
             check_known(part.a, here.at("a"))
             check_known(part.b, here.at("b"))

@@ -37,7 +37,7 @@ from robostiff.io.snapshot.elements import (
     screw_data,
     spring6_data,
 )
-from robostiff.io.suggest import distinct, numbered
+from robostiff.io.suggest import distinct, free_names
 from robostiff.io.validation import validate
 from robostiff.kinematics import spring_compliance
 from robostiff.kinematics.frames import coupled
@@ -257,7 +257,7 @@ def _placed_leg(
     refuse_twins(written_names, chain, "element")
     elements: list[PlacedElement] = []
     masses: list[PlacedMass] = []
-    names = numbered(written_names, [element.type for element in part.chain])
+    names = free_names(written_names, [element.type for element in part.chain])
     for i, (element, label) in enumerate(zip(part.chain, names, strict=True)):
         if isinstance(element, ParallelPart):
             branches, legs = chain.at(i, "branches"), []

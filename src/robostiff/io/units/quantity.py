@@ -276,7 +276,9 @@ def parse_quantity(text: str, dimension: Dimension = Dimension.LENGTH) -> SIQuan
     >>> print(parse_quantity("2.5 kN/mm").magnitude)
     2500000.0
     """
-    quantity, end = read_quantity(bounded(text), after_space(text, 0), "quantity", dimension)
+    quantity, end = read_quantity(
+        of_allowed_length(text), after_space(text, 0), "quantity", dimension
+    )
     if (end := after_space(text, end)) < len(text):
         raise InputError(
             "quantity", got=text, expected=f"one number with a unit, but {text[end:]!r} follows"
@@ -312,7 +314,7 @@ def read_quantity(
     return quantity, end
 
 
-def bounded(text: str) -> str:
+def of_allowed_length(text: str) -> str:
     """The text itself, if it is not too long."""
     if len(text) > _LONGEST_TEXT:
         raise InputError(
@@ -355,7 +357,7 @@ def parse_quantities(
     >>> parse_quantities("10 mm, 20 N m", (Dimension.LENGTH, Dimension.MOMENT), ("x", "Mx"))
     [0.01, 20.0]
     """
-    bounded(text)
+    of_allowed_length(text)
     if re.search(r"\d,\d", text) and re.search(r"[^\s,;]\s+[-+.\d]", text):  # 0,5 0,2: decimals?
         expected = "decimals with a point, and commas or spaces between numbers, not both"
         raise InputError(f"commas in {subject}", got=text, expected=expected)

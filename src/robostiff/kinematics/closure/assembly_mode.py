@@ -13,7 +13,7 @@ import numpy as np
 from robostiff.elastostatics.tolerance import Tolerance
 from robostiff.frozen import frozen
 from robostiff.kinematics.closure.loops import ClosurePart, Loops
-from robostiff.spatial.batch import transposed
+from robostiff.spatial.batch import transpose
 
 CLOSED = 1e-10
 CONVERGED = 1e-14
@@ -64,7 +64,7 @@ def nearest(loops: Loops, x: np.ndarray) -> np.ndarray:
         closed = (best_size[going] <= CONVERGED) | (~better & (best_size[going] < _STANDSTILL))
         step = np.zeros((len(e), J.shape[-1]))
         if J.shape[-1]:  # something can move
-            J_T, wide = transposed(J), J.shape[-1] > J.shape[-2]
+            J_T, wide = transpose(J), J.shape[-1] > J.shape[-2]
             A = J @ J_T if wide else J_T @ J
             trace = np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
             trace = np.where(trace > 0, trace, 1.0)  # else any damping keeps a gap at rest
@@ -103,7 +103,7 @@ class _Directions:
 
     def square(self, J: np.ndarray) -> np.ndarray:
         """U^T J V (N, r, r)."""
-        return transposed(self.U) @ J @ self.V
+        return transpose(self.U) @ J @ self.V
 
 
 @frozen
@@ -368,7 +368,7 @@ class AssemblyMode:
             own = directions.of_rows(going)
             whole = self.loops.parts[-1]
             T = own.square(_of_part(whole, J))
-            right = transposed(own.U) @ np.take(e, whole.equations, axis=1)[..., None]
+            right = transpose(own.U) @ np.take(e, whole.equations, axis=1)[..., None]
             try:
                 found = np.linalg.solve(T, right)
             except np.linalg.LinAlgError:  # no number where T is singular
@@ -426,13 +426,13 @@ def _directions(
     J, k = _of_part(part, J), len(part.loops)
     loops, ends = ranks or (None, None)
     U_loops, V_loops = _spans(J[:, :k], loops)
-    rest = J[:, k:] - (J[:, k:] @ V_loops) @ transposed(V_loops)
+    rest = J[:, k:] - (J[:, k:] @ V_loops) @ transpose(V_loops)
     U_ends, V_ends = _spans(rest, ends)
     r = U_loops.shape[-1]
     U = np.zeros((*J.shape[:2], r + U_ends.shape[-1]))
     U[:, :k, :r], U[:, k:, r:] = U_loops, U_ends
     V = np.concatenate([V_loops, V_ends], axis=-1)
-    sign = np.linalg.slogdet(transposed(U) @ J @ V)[0]
+    sign = np.linalg.slogdet(transpose(U) @ J @ V)[0]
     return _Directions(U, V, sign, (r, U_ends.shape[-1]))
 
 
@@ -442,4 +442,4 @@ def _spans(A: np.ndarray, rank: int | None) -> tuple[np.ndarray, np.ndarray]:
         return np.zeros((*A.shape[:2], 0)), np.zeros((len(A), A.shape[2], 0))
     U, s, V_T = np.linalg.svd(A, full_matrices=False)
     rank = int(np.count_nonzero(s[0] > _INDEPENDENT)) if rank is None else rank
-    return U[..., :rank], transposed(V_T[:, :rank])
+    return U[..., :rank], transpose(V_T[:, :rank])

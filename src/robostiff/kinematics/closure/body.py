@@ -88,7 +88,7 @@ def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
     out = np.empty(values.size, dtype=object)
     for place, value in enumerate(values.ravel().tolist()):
         if isinstance(value, Entry):
-            own = value.record.simplified(value, scale)
+            own = value.record.simplify(value, scale)
         elif is_exact(value):
             own = int(value) if value.is_Integer and -1 <= value.p <= 1 else value
         elif abs(value) <= ROUNDING * scale:

@@ -27,7 +27,7 @@ from robostiff.kinematics.frames import Loop, PlacedChain, place_chain
 from robostiff.kinematics.pose import pose_of_end
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Actuated, Chain, Elbow, Leg, PlacedLeg
-from robostiff.spatial.batch import poses_side_by_side, product, transposed
+from robostiff.spatial.batch import poses_side_by_side, product, transpose
 
 #: Part of the length, or radians: a leg that closes.
 CLOSED = 1e-7
@@ -409,7 +409,7 @@ class LegSolver:
         """Frames of rows at which the legs end, seen from those in which they begin."""
         R_end, p_end = self._ends(R, p)
         R_base, p_base = self.bases(len(p))
-        back = transposed(R_base)
+        back = transpose(R_base)
         return product(back, R_end), np.einsum("...ij,...j->...i", back, p_end - p_base)
 
     def _ends(self, R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -35,7 +35,7 @@ from robostiff.model import (
     spherical,
 )
 from robostiff.spatial import Frame
-from robostiff.spatial.batch import product, transposed
+from robostiff.spatial.batch import product, transpose
 from robostiff.spatial.rotation import vector_of_rotation
 
 _COAXIAL = 1e-9  # sine, and part of the length
@@ -170,7 +170,7 @@ class Loops:
         return self._gaps_of(placed), J
 
     def _gaps_of(self, placed: PlacedTree) -> np.ndarray:
-        turn = vector_of_rotation(placed.R_wanted @ transposed(placed.R))
+        turn = vector_of_rotation(placed.R_wanted @ transpose(placed.R))
         shift = (placed.p_wanted - placed.p) / self.length
         return np.concatenate([shift, turn], axis=-1).reshape(len(turn), 6 * turn.shape[1])
 

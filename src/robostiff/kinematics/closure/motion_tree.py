@@ -17,7 +17,7 @@ from robostiff.kinematics.closure.body import tidied, tidied_point
 from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import Chain, Joint, JointKind, ParallelBlock, Rigid, Telescope
 from robostiff.spatial import Screw, skew
-from robostiff.spatial.batch import product, transposed
+from robostiff.spatial.batch import product, transpose
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.spatial.screw import twists_of_screws
 
@@ -323,7 +323,7 @@ class MotionTree:
         at = np.where(leads[:, None], placed.p_wanted[:, ends], placed.p[:, ends])
         e, r = placed.axes[:, places], at - placed.points[:, places]
         pitches = [self.screws[i].pitch for i in places]
-        twist = twists_of_screws(transposed(e), transposed(r), pitches)
+        twist = twists_of_screws(transpose(e), transpose(r), pitches)
         J = np.zeros((len(at), len(self.ends), 6, self.size))
         J[:, ends, :, places] = np.moveaxis(np.where(leads, -twist, twist), -1, 0)
         return J if self._transmission is None else J @ self._transmission

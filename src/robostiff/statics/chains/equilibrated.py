@@ -51,7 +51,7 @@ def unit_free(A: np.ndarray, sizes: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.concatenate([1.0 / (sizes * level), rows * level], axis=1)
 
 
-def solved(
+def solve(
     A: np.ndarray, b: np.ndarray, first: np.ndarray | None = None, refinements: int = 0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solve systems of mixed units, as symmetric in size as those of energies.
@@ -105,7 +105,7 @@ def solved(
                 if _norm(S) * _norm(inverse[i]) < _SINGULAR:
                     continue
             inverse[i] = np.linalg.pinv(S, rcond=LOST)  # of least squares
-            lost[i] = _lost(np.linalg.svd(S, compute_uv=False), LOST)
+            lost[i] = _rank_loss(np.linalg.svd(S, compute_uv=False), LOST)
         x = scale * (inverse @ (scale * b))
     for _ in range(refinements):
         rest = scale * (b - A @ x)
@@ -113,7 +113,7 @@ def solved(
     return x, lost
 
 
-def _lost(values: np.ndarray, part: float) -> np.ndarray:
+def _rank_loss(values: np.ndarray, part: float) -> np.ndarray:
     """How many singular values (..., n) are none, or below a part of the largest."""
     return np.sum(values <= part * np.max(values, axis=-1, keepdims=True, initial=0.0), axis=-1)
 
@@ -136,20 +136,20 @@ class Closure:
         """Of tangents A (N, n, n) at the unloaded posture: elsewhere closures have full rank."""
         m = sizes.shape[1]
         values = np.linalg.svd(_scaled(A, rows, sizes), compute_uv=False)
-        ranks = values.shape[1] - _lost(values, _LOST)
+        ranks = values.shape[1] - _rank_loss(values, _LOST)
         return Closure(rows, sizes, A.shape[1] - m - ranks)
 
     def lacks_digits(self, A: np.ndarray) -> bool:
         """Whether a leg has lost more directions than rigid parts and redundant joints explain."""
         m = self.sizes.shape[1]
-        _, lost = solved(A, np.zeros((*A.shape[:2], 0)), unit_free(A, self.sizes, self.rows))
+        _, lost = solve(A, np.zeros((*A.shape[:2], 0)), unit_free(A, self.sizes, self.rows))
         H = A[:, :m, :m] / (self.sizes[:, :, None] * self.sizes[:, None])
         stiffness = np.abs(np.diagonal(H, axis1=1, axis2=2))
         elastic = stiffness > _PASSIVE * np.max(stiffness, axis=1, keepdims=True, initial=0.0)
         f = elastic / np.sqrt(np.where(elastic, stiffness, 1.0))
         J = _scaled(A, self.rows, self.sizes)
         both = np.concatenate([f[:, :, None] * H * f[:, None], J], axis=1)
-        redundant = _lost(np.linalg.svd(both, compute_uv=False), _LOST)
+        redundant = _rank_loss(np.linalg.svd(both, compute_uv=False), _LOST)
         return bool(np.any(lost > redundant + self.deficits))
 
     def solve(
@@ -174,7 +174,7 @@ class Closure:
         aside = np.broadcast_to(self.rows[0] / first[:, m : m + 1], (N, d))
         wanted = np.concatenate([b, np.zeros((N, d, b.shape[2]))], axis=1)
         factors = np.concatenate([first, aside], axis=1)
-        x, lost = solved(wide, wanted, factors, refinements)
+        x, lost = solve(wide, wanted, factors, refinements)
         carried = np.zeros((N, n, d))
         carried[:, m:] = missing * self.rows[:, None]
         found = x[:, :n]

@@ -32,16 +32,16 @@ from robostiff.statics.chains.moving_chain import (
     ChainTerms,
     MovingChains,
     PlacedChains,
-    crossed,
+    cross,
     skews,
-    sum_of_crossed,
+    sum_of_crosses,
 )
 from robostiff.statics.chains.numbers import (
     ComponentBlock,
     LegNumbers,
     LegsKind,
     numbers_of,
-    summed,
+    sums_at,
 )
 
 
@@ -238,16 +238,16 @@ class Legs:
         terms = self.terms(state, pulls, share.value)
         R_end, p_end = self._placed(self._ends, state, R, p)
         D = terms.R @ np.swapaxes(R_end, -1, -2)
-        turn = sum_of_crossed(D) * -0.5 if D.dtype == object else vector_of_rotation(D)
+        turn = sum_of_crosses(D) * -0.5 if D.dtype == object else vector_of_rotation(D)
         gap = np.concatenate([terms.P - p_end, turn], axis=-1)[:, rows]
         J, tangent = terms.J[:, rows], terms.tangent
         parts = tangent, tangent[at.off_diagonal], J, -J, at.constants
         *ends, size = np.cumsum([0, *(block.at.size * block.at.shape[1] for block in at.blocks)])
-        A = summed(at.entries, np.concatenate([part.ravel() for part in parts]), int(size))
-        r = summed(at.columns, terms.gradient, at.total)
-        r_factor = summed(at.columns, terms.by_share * share.rate, at.total)
+        A = sums_at(at.entries, np.concatenate([part.ravel() for part in parts]), int(size))
+        r = sums_at(at.columns, terms.gradient, at.total)
+        r_factor = sums_at(at.columns, terms.by_share * share.rate, at.total)
         r[at.W] += gap
-        half = crossed(state.W @ self._turning.T, turn) @ self._turning * 0.5
+        half = cross(state.W @ self._turning.T, turn) @ self._turning * 0.5
         inner = at.inner_chains
         np.add.at(r, at.bodies[at.ends[inner]], (state.W + half)[inner])
         each = zip((block.at.shape for block in at.blocks), np.split(A, ends[1:]), strict=False)
@@ -325,7 +325,7 @@ class Legs:
         all_R = np.concatenate([state.R.reshape(-1, 3, 3), R.reshape(-1, 3, 3)])
         return all_R[which], np.concatenate([state.p.reshape(-1, 3), p.reshape(-1, 3)])[which]
 
-    def stepped(self, state: LegState, step: np.ndarray) -> LegState:
+    def after_step(self, state: LegState, step: np.ndarray) -> LegState:
         """The state after a step (T + B,) of its unknowns, and of axial forces of its beams."""
         at, twists = self.numbers, np.zeros((len(self.points), 6))
         twists[:, list(self.rows)] = step[at.bodies]

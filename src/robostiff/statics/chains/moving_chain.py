@@ -104,8 +104,8 @@ class FiniteTurn:
                [0.     , 0.     , 0.01666]])
         """
         _, c, b_rate, c_rate = (self.factors[..., i : i + 1] for i in range(4))
-        r, u = self.r, crossed(m, self.r)
-        rows = u * b_rate + crossed(u, r) * c_rate - m * c
+        r, u = self.r, cross(m, self.r)
+        rows = u * b_rate + cross(u, r) * c_rate - m * c
         outer = rows[..., :, None] * r[..., None, :]
         along = c * (m * r).sum(axis=-1, keepdims=True)
         return (outer + np.swapaxes(outer, -1, -2)) * 0.5 + along[..., None] * np.eye(3, dtype=int)
@@ -116,12 +116,12 @@ def skews(v: np.ndarray) -> np.ndarray:
     return (v @ _SKEWS).reshape(*v.shape, 3)
 
 
-def crossed(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """``a x b`` of vectors (..., 3), few calls for few vectors."""
     return a.take(NEXT, -1) * b.take(LAST, -1) - a.take(LAST, -1) * b.take(NEXT, -1)
 
 
-def sum_of_crossed(S: np.ndarray) -> np.ndarray:
+def sum_of_crosses(S: np.ndarray) -> np.ndarray:
     """Sum of ``s x f`` (..., 3) from that of ``s f^T`` (..., 3, 3)."""
     return S[..., NEXT, LAST] - S[..., LAST, NEXT]
 
@@ -356,32 +356,32 @@ class MovingChains:
         end = behind[self._at.last] @ self._end_frames
         P, f, m, of_chain = end[:, :3, 3], W[:, :3], W[:, 3:], self._at.of_chain
         F, M = f.take(of_chain, 0), m.take(of_chain, 0)
-        turning = crossed(w, P.take(of_chain, 0) - C.take(body, 0))
+        turning = cross(w, P.take(of_chain, 0) - C.take(body, 0))
         moving = v + turning
         gradient = -(moving * F + w * M).sum(axis=-1)
         # what the velocities of the points of all forces make of these, ``sum(J x f)``
-        across, within = crossed(moving, F), crossed(turning, F)
+        across, within = cross(moving, F), cross(turning, F)
         by_share, columns = self._zeros(len(gradient)), self._at.coordinates[self._at.joint_x]
         by_share[columns] = -self.preload
         bodies = self._at.spring_bodies
         chains = self._at.chains[bodies]
-        moment = m[chains] + crossed(P[chains] - C[bodies], f[chains])
+        moment = m[chains] + cross(P[chains] - C[bodies], f[chains])
         if len(self._at.load_bodies):
             of_bodies, of_loads = self._at.reach
             arms = self._loaded_points(behind)[of_loads] - C[of_bodies]
             G, S = self._beyond(arms, self.load_force)
-            by_share -= (v * G.take(body, 0) + w * sum_of_crossed(S).take(body, 0)).sum(axis=-1)
+            by_share -= (v * G.take(body, 0) + w * sum_of_crosses(S).take(body, 0)).sum(axis=-1)
             acting = self.load_force * share + (0 if pulls is None else pulls)
             G, S = self._beyond(arms, acting)
-            gradient -= (v * G.take(body, 0) + w * sum_of_crossed(S).take(body, 0)).sum(axis=-1)
-            moment = moment + sum_of_crossed(S)[bodies]
+            gradient -= (v * G.take(body, 0) + w * sum_of_crosses(S).take(body, 0)).sum(axis=-1)
+            moment = moment + sum_of_crosses(S)[bodies]
             spread = S - np.trace(S, axis1=-2, axis2=-1)[:, None, None] * np.eye(3, dtype=int)
             turned_forces = (spread.take(body, 0) @ w[..., None])[..., 0]
-            across = across + crossed(v, G.take(body, 0)) + turned_forces
+            across = across + cross(v, G.take(body, 0)) + turned_forces
             within = within + turned_forces
         # half of the moment at the end; within an element the part that is due to turning
         (a, b), (c, d) = self._at.pairs, self._at.pairs[:, self._at.same]
-        across = (across + crossed(w, M) * 0.5).take(b, 0)[..., None]
+        across = (across + cross(w, M) * 0.5).take(b, 0)[..., None]
         tangent = -(w.take(a, 0)[:, None] @ across)[:, 0, 0]
         H = (w[c] * within[d]).sum(axis=-1) + (w[d] * within[c]).sum(axis=-1)
         tangent[self._at.same] = H * -0.5
@@ -431,7 +431,7 @@ class MovingChains:
         k = np.arange(len(i)) + (stop - np.cumsum(stop - first))[i]
         i, k = (each[at.body[k] <= bodies[i]] for each in (i, k))
         found = self._zeros(len(bodies), 6, total)
-        found[i, :3, unknowns[k]] = v[k] + crossed(w[k], points[i] - C[at.body[k]])
+        found[i, :3, unknowns[k]] = v[k] + cross(w[k], points[i] - C[at.body[k]])
         found[i, 3:, unknowns[k]] = w[k]
         return found, points
 

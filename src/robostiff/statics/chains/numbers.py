@@ -316,7 +316,7 @@ def side_by_side(
     return found.reshape(robots * len(values), *shape)
 
 
-def summed(places: np.ndarray, values: np.ndarray, size: int) -> np.ndarray:
+def sums_at(places: np.ndarray, values: np.ndarray, size: int) -> np.ndarray:
     """Sums of numbers, or of entries, by their places (size,)."""
     if values.dtype != object:
         return np.bincount(places, values, size)

@@ -371,8 +371,8 @@ def _lost_at_corner(
 
     def behind(arc: float) -> FoundEquilibrium:
         twist, more = arc * direction[:-1] * unit / problem.scale, arc * float(direction[-1])
-        state, *_ = problem.stepped(here.state, here.known, twist, more, CAP)
-        known = problem.linearised(state, here.loading, here.factor + more)
+        state, *_ = problem.after_step(here.state, here.known, twist, more, CAP)
+        known = problem.linear_equations(state, here.loading, here.factor + more)
         return replace(here, state=state, known=known, factor=float(here.factor + more))
 
     def least(arc: float) -> float:

@@ -79,14 +79,14 @@ def equilibrium_at(
     before, alike = np.zeros(3), 0
     for done in range(1, steps + 1):
         refined = _REFINEMENTS if last < _SOON else 0
-        known = problem.linearised(state, loading, factor, refined)
+        known = problem.linear_equations(state, loading, factor, refined)
         if target is not None:
             turn = vector_of_rotation(target[0] @ state.R.T)
             twist = np.concatenate([target[1] - state.p, turn])[list(problem.rows)]
         else:
             furthest = CAP * problem.length
             twist = solve_least(known.K_total, known.missing, problem.scale, furthest, load)
-        state, size, part = problem.stepped(state, known, twist, 0.0, CAP)
+        state, size, part = problem.after_step(state, known, twist, 0.0, CAP)
         if not np.isfinite(size):
             break
         # stiffness, load and step are the same where a robot has only turned
@@ -116,7 +116,7 @@ def _found_at(
     steps: int,
     direct: bool = False,
 ) -> FoundEquilibrium:
-    known = problem.linearised(state, loading, factor, _REFINEMENTS)
+    known = problem.linear_equations(state, loading, factor, _REFINEMENTS)
     return FoundEquilibrium(loading, state, factor, known, True, steps, direct)
 
 
@@ -148,7 +148,7 @@ class PathStep:
             except np.linalg.LinAlgError:
                 break
             twist = step[:r] * self.unit / scale
-            state, size, part = problem.stepped(state, known, twist, float(step[r]), CAP)
+            state, size, part = problem.after_step(state, known, twist, float(step[r]), CAP)
             size = max(size, abs(float(step[r])) / (1.0 + abs(factor)))
             if not np.isfinite(size) or size > 4.0:
                 break
@@ -159,5 +159,5 @@ class PathStep:
                     break
                 return _found_at(problem, loading, factor, state, done)
             last = size
-            known = problem.linearised(state, loading, factor)
+            known = problem.linear_equations(state, loading, factor)
         return replace(here, converged=False)

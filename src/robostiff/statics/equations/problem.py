@@ -10,9 +10,9 @@ import numpy as np
 from robostiff.frozen import field, frozen, replace
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import NOBODY, Share, Spot
-from robostiff.statics.chains.equilibrated import Closure, HeldPlatform, solved, unit_free
+from robostiff.statics.chains.equilibrated import Closure, HeldPlatform, solve, unit_free
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
-from robostiff.statics.chains.moving_chain import sum_of_crossed
+from robostiff.statics.chains.moving_chain import sum_of_crosses
 from robostiff.statics.chains.numbers import ComponentBlock
 
 # Of the largest stiffness of the platform, shifts and turns alike: rounding.
@@ -60,7 +60,7 @@ class DeadForces:
         """
         S, turning = R @ self.levers, np.zeros((6, 6), dtype=int).astype(self.levers.dtype)
         turning[3:, 3:] = S - np.trace(S) * np.eye(3, dtype=int)
-        return np.concatenate([self.force, sum_of_crossed(S)]), turning
+        return np.concatenate([self.force, sum_of_crosses(S)]), turning
 
     def potential(self, R: np.ndarray, shift: np.ndarray) -> float:
         """Of the platform turned by R, and its point shifted [J]."""
@@ -201,7 +201,7 @@ class EquilibriumProblem:
             return [0] * len(self.blocks)
         return [int(c.deficits.max()) for c in self.closures]
 
-    def linearised(
+    def linear_equations(
         self, state: State, loading: LoadCase, factor: float, refinements: int = 0
     ) -> Linearised:
         """The equations at a state."""
@@ -237,7 +237,7 @@ class EquilibriumProblem:
             else:
                 rows = self.units[block.at[0, block.free :]]
                 first = unit_free(A, self.units[block.coordinates], rows)
-                solution[block.at], lost = solved(A, wanted[block.at], first, refinements)
+                solution[block.at], lost = solve(A, wanted[block.at], first, refinements)
             regular = regular and not np.any(lost)
         # what only the base holds has no end on the platform
         ends = self.legs.numbers.on_platform
@@ -307,7 +307,7 @@ class EquilibriumProblem:
         """Whether paths may have corners: laws of joints, and cables that become slack."""
         return self.has_laws or any(spring.is_cable for spring in self.legs.springs)
 
-    def stepped(
+    def after_step(
         self, state: State, known: Linearised, twist: np.ndarray, more: float, cap: float
     ) -> tuple[State, float, float]:
         """A step of the platform and of all that follows, cut to at most `cap` [rad].
@@ -324,7 +324,7 @@ class EquilibriumProblem:
         """A state after a twist (r,) of the platform, and a step (T + B,) of the legs."""
         full = np.zeros(6)
         full[list(self.rows)] = twist
-        legs = self.legs.stepped(state.legs, step)
+        legs = self.legs.after_step(state.legs, step)
         return State(matrix_of_rotation(full[3:]) @ state.R, state.p + full[:3], legs)
 
     def displacement(self, state: State) -> np.ndarray:

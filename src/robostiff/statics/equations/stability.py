@@ -148,7 +148,7 @@ def meets_stiffness(known: Linearised) -> bool:
     return bool(values.min(initial=np.inf) > _FREE * values.max(initial=0.0))
 
 
-def why_path_ended(problem: EquilibriumProblem, last: FoundEquilibrium | None) -> Status:
+def end_of_path(problem: EquilibriumProblem, last: FoundEquilibrium | None) -> Status:
     """No equilibrium, or too few digits of K where the last one was found, beside a singularity."""
     known = problem.at_rest if last is None else last.known
     scaled = known.K_total / np.outer(problem.scale, problem.scale)

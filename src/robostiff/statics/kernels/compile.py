@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.analysis.compiled_answer import AtGeneralPoses
 from robostiff.analysis.kernel_inputs import ParameterValues, with_parameters
 from robostiff.analysis.record_file import RecordFile
-from robostiff.analysis.recording import depends_on_what_is_held
+from robostiff.analysis.recording import depends_on_posture
 from robostiff.compiled import ArrayCode, Backend, Kernel, StiffnessMatrix
 from robostiff.compiled.closed import ClosedCode
 from robostiff.compiled.kernel import code_of
@@ -40,7 +40,7 @@ from robostiff.statics.loading.given_loads import (
 )
 from robostiff.statics.loading.loaded_posture import LoadedPosture, postures_of
 from robostiff.statics.result import Equilibrium
-from robostiff.statics.solution import solved
+from robostiff.statics.solution import solve
 
 _BOWING = Bowing()
 # Relative to the diagonals of K: more than rounding and the last Newton step make.
@@ -153,7 +153,7 @@ def compile_loaded(
     if len(read) == _PARTS:
         found = CompiledLoading(robot, *given, *read)
     else:
-        found = _recorded(robot, *given, drives)
+        found = _record(robot, *given, drives)
         if file is not None:
             values = [getattr(found, field.name) for field in fields(found)]
             file.write(tuple(values[-_PARTS:]))
@@ -166,7 +166,7 @@ def is_on_disk(robot: Robot, standing: StandingLoads) -> bool:
     return file is not None and file.path.exists()
 
 
-def _recorded(
+def _record(
     robot: Robot, standing: StandingLoads, platforms: bool, sites: tuple[Site, ...], drives: bool
 ) -> CompiledLoading:
     """A record of a robot under load, confirmed and run by NumPy."""
@@ -198,7 +198,7 @@ def _recorded(
         code=ClosedCode.of(loading, loading.arrival, ArrayCode),
     )
     closing, names, closure = loading.closure, loading.joints, None
-    if closing is not None and not depends_on_what_is_held(names, closing, finder):
+    if closing is not None and not depends_on_posture(names, closing, finder):
         names = (*names, *loading.rates)
         record = Record({name: np.array([1.0]) for name in names})
         joints = Program.of(record, [record.input(name) for name in names])
@@ -216,7 +216,7 @@ def _recorded(
         loading.has_arms,
         loading.drives,
     )
-    return _confirmed(found, finder, force)
+    return _confirm(found, finder, force)
 
 
 def kept_loading(
@@ -243,7 +243,7 @@ def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[Loa
     """
     robot = finder.robot
     acting = Acting(**standing.given)
-    found = [postures_of(robot, None, None).loaded(0, acting)]
+    found = [postures_of(robot, None, None).with_loads(0, acting)]
     random = np.random.default_rng(20111)
     struts = struts_among(found[0].problem)
     drawn = _DRAWN_OF_STRUTS if struts else _DRAWN
@@ -267,7 +267,7 @@ def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[Loa
     ]
     ends = [rows[at] for x in lengths for at in (x.argmin(), x.argmax())]
     chosen = list(dict.fromkeys([*ends, *rows]))[: max(_POSTURES, len(ends))]
-    return [*found, *(around.loaded(int(k), acting) for k in chosen)]
+    return [*found, *(around.with_loads(int(k), acting) for k in chosen)]
 
 
 def _rigid(robot: Robot) -> NoAnswerError:
@@ -275,7 +275,7 @@ def _rigid(robot: Robot) -> NoAnswerError:
     return NoAnswerError(f"no kernel under load of {robot.name!r}: {why}")
 
 
-def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> CompiledLoading:
+def _confirm(found: CompiledLoading, finder: PostureFinder, force: float) -> CompiledLoading:
     """The same, once it has been found to agree with equilibria at generic poses.
 
     Raises
@@ -301,7 +301,7 @@ def _confirmed(found: CompiledLoading, finder: PostureFinder, force: float) -> C
             part = given[group] if pose is given else JointCoordinates(given[group])
             postures = postures_of(other, part, None)
             for i, k in enumerate(group):
-                solution = solved(postures.loaded(i, acting), F[k])
+                solution = solve(postures.with_loads(i, acting), F[k])
                 one = Equilibrium.of(robot.name, robot.space, solution)
                 where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
                 if not one.has_answer:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis.compiled_answer import AtGeneralPoses, InputRows, decided
+from robostiff.analysis.compiled_answer import AtGeneralPoses, InputRows, answer_of_results
 from robostiff.analysis.kernel_inputs import KernelInputs, ParameterValues
 from robostiff.compiled import ArrayCode, Kernel, MachineCode
 from robostiff.compiled.codes import chunks_of, in_shares
@@ -25,12 +25,12 @@ from robostiff.model.cable import Weight
 from robostiff.record import CLOSED, Program
 from robostiff.spatial import as_floats, skew
 from robostiff.spatial.rotation import vector_of_quaternion
-from robostiff.statics.chains.moving_chain import sum_of_crossed
+from robostiff.statics.chains.moving_chain import sum_of_crosses
 from robostiff.statics.kernels.leg import Site
 from robostiff.statics.loading.given_loads import Acting, StandingLoads, each_load
 from robostiff.statics.loading.loaded_posture import beside, postures_of, wrenches_of
 from robostiff.statics.result import Equilibrium, OnDemand
-from robostiff.statics.solution import Solution, solved
+from robostiff.statics.solution import Solution, solve
 
 # Operations of a step beyond which compiling takes longer than NumPy needs for many poses.
 _LONGEST = 30_000
@@ -70,7 +70,7 @@ def _matrices(K: np.ndarray, wrench: np.ndarray, arms: np.ndarray) -> np.ndarray
     platform, b from the reference point [N m].
     """
     if K.shape[-1] == 6:  # the antisymmetric part of moments
-        K[..., 3:, 3:] -= skew(0.5 * (wrench[..., 3:] + sum_of_crossed(arms)))
+        K[..., 3:, 3:] -= skew(0.5 * (wrench[..., 3:] + sum_of_crosses(arms)))
     if not np.any(arms):
         return K
     total, turned = K.copy(), [2] if K.shape[-1] == 3 else [0, 1, 2]
@@ -142,13 +142,13 @@ class SolvedOnDemand(OnDemand):
                     before = each_load(body, loads[body]) if body in loads else ()
                     loads[body] = (*before, Weight(force, point))
                 acting = Acting(**{**loading.standing.given, "loads": loads or None}, laws={})
-                loaded = postures.loaded(i, acting)
+                loaded = postures.with_loads(i, acting)
                 if levers.any():  # the wrench has their forces
                     dead = loaded.problem.dead
                     total = dead.levers + loaded.frame[0] @ levers.reshape(3, 3)
                     problem = replace(loaded.problem, dead=replace(dead, levers=total))
                     loaded = replace(loaded, problem=problem)
-                self[k] = solved(loaded, self.F[k])
+                self[k] = solve(loaded, self.F[k])
             yield part, posture
 
 
@@ -268,7 +268,7 @@ class CompiledLoading:
         inputs = KernelInputs(robot, joints)
         pose = inputs.read(pose)
         by_joints = isinstance(pose, JointCoordinates)
-        numbers = inputs.checked(pose)
+        numbers = inputs.numbers_of(pose)
         F = beside(numbers.shape[:-1], wrenches_of("wrench", wrench, space))
         given = np.array(np.broadcast_to(numbers, (*F.shape[:-1], numbers.shape[-1])), ndmin=2)
         batch, F, count = F.shape[:-1], np.atleast_2d(F), len(given)
@@ -330,7 +330,7 @@ class CompiledLoading:
         results = self.kernel.evaluate(inputs)
         K = np.moveaxis(results[: r * r].reshape(r, r, -1), -1, 0)
         given = InputRows(inputs, given.missed[where], loose)
-        checked = decided(self.kernel, results, {"K": K}, given, self.general)
+        checked = answer_of_results(self.kernel, results, {"K": K}, given, self.general)
         known["K"][where] = K
         rows = r * r
         # Equilibrium is only as good as all that it was computed from.

@@ -138,7 +138,7 @@ class MovedBody:
         )
         return MovingBody(R, self.origin + np.array([x, y, z], dtype=object))
 
-    def stepped(self, values: Mapping[str, Any], twist: np.ndarray) -> dict[str, Any]:
+    def after_step(self, values: Mapping[str, Any], twist: np.ndarray) -> dict[str, Any]:
         """Its coordinates after a twist (6,): a Cayley turn, alike to second order."""
         x, y, z, a, b, c, d = (values[name] for name in self.coordinates)
         p, q, r = twist[3:] * 0.5
@@ -294,7 +294,7 @@ class RecordedLegs:
             carried += zip(at.bodies[found.pop()].tolist(), at.W[c].tolist(), strict=True)
         elimination.eliminate(elastic, free, multipliers, carried, self.force * self.length)
 
-    def stepped(
+    def after_step(
         self,
         values: Mapping[str, Any],
         eq: LegEquations,
@@ -310,7 +310,7 @@ class RecordedLegs:
         for b, body in self.bodies.items():
             twist = np.zeros(6, dtype=int).astype(object)
             twist[rows] = step[at.bodies[b]]
-            after |= body.stepped(values, twist)
+            after |= body.after_step(values, twist)
         pairs = zip(step[at.x], self.sizes, strict=True)
         return after, [x * (1 / size) for x, size in pairs]
 

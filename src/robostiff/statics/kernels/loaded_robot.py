@@ -194,9 +194,9 @@ class LoadedRobot:
         full = np.zeros(6, dtype=int).astype(object)
         full[list(self.unloaded.space.rows)] = twist
         found = at.elimination.solution(dict(zip(self.legs.twist, twist, strict=True)))
-        after = self.platform.stepped(values, full)
+        after = self.platform.after_step(values, full)
         moved = self.sizes(twist)
-        of_legs, motion = self.legs.stepped(values, at.legs, found, full)
+        of_legs, motion = self.legs.after_step(values, at.legs, found, full)
         after |= of_legs
         moved += motion
         size = reduce(add, (x * x for x in moved if not is_zero(x)))

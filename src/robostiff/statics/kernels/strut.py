@@ -122,7 +122,7 @@ def recorded_struts(
             continue
         (wrench,), (mu,) = leg.wrenches, leg.mu
         square = reduce(add, (f * f for f in wrench[:3]))
-        square = square.record.simplified(square) if isinstance(square, Entry) else square
+        square = square.record.simplify(square) if isinstance(square, Entry) else square
         stiffness = reciprocal(mu * reciprocal(square))
         found[c] = RecordedStrut(A, B, legs.platform_point, stiffness)
     return found
@@ -216,7 +216,7 @@ def buckling_of(
             step[rows] = by_shift[rows] / (by_shift[at.W[c]] @ shift)
         rates: dict[int, list[float]] = {c: [] for c in chains}
         for sign in (1.0, -1.0):
-            moved = legs.stepped(legs.unloaded, sign * force * step)
+            moved = legs.after_step(legs.unloaded, sign * force * step)
             eq = legs.equations(moved, np.eye(3), problem.point, Share(0.0, 0.0))
             for g, block in enumerate(problem.blocks):
                 if chains.keys().isdisjoint(block.chains[:, 0].tolist()):

@@ -84,7 +84,7 @@ def loaded_legs(
     chains.follow(laws)
     on_platform: list[DeadForce] = []
     for name, forces in loads.items():
-        place, point = assembly.named(name, "loads")
+        place, point = assembly.body_of_name(name, "loads")
         spot = chains.spot(place, "loads")
         for load in forces:
             at = point if load.point is None else load.point
@@ -104,7 +104,7 @@ def loaded_legs(
         on_platform += weight([(mass.value, mass.centre) for mass in masses], gravity)
         chains.weigh(carried, gravity)
     for name, several in given.items():
-        spot = chains.spot(assembly.named(name, "masses")[0], "masses")
+        spot = chains.spot(assembly.body_of_name(name, "masses")[0], "masses")
         if spot is None:
             masses += several
         else:

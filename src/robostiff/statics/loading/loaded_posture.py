@@ -112,7 +112,7 @@ def one_loaded_posture(
             expected="a load that grows",
             hint=f"write {grows}",
         )
-    return postures.loaded(0, acting), given
+    return postures.with_loads(0, acting), given
 
 
 @frozen
@@ -149,7 +149,7 @@ class Postures:
         request = cast("PoseRequest", self.request).part(slice(0, 1))
         return replace(self, request=request, batch=request.batch)
 
-    def loaded(self, i: int, acting: Acting, masses: Masses | None = None) -> LoadedPosture:
+    def with_loads(self, i: int, acting: Acting, masses: Masses | None = None) -> LoadedPosture:
         """The robot at posture i with its loads, and what vibrates where masses are given.
 
         Of one posture that of the last call is kept, with what has been found out about it.
