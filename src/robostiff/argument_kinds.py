@@ -136,7 +136,8 @@ class _Kinds:
             if not _fits(value, self._hints[key], deep=not before):
                 words = _in_words(str(parameter.annotation), self._hints[key])
                 alone = isinstance(value, str) and re.search(r"(Sequence|Iterable|tuple)\[", words)
-                hint = f"write [{value!r}]" if alone and len(value) < _SHOWN else None
+                in_list = alone and len(value) < _SHOWN and _fits([value], self._hints[key])
+                hint = f"write [{value!r}]" if in_list else None
                 found = InputError(f"{name} of {subject}", got=value, expected=words, hint=hint)
                 setattr(found, _MARK, True)
                 return found

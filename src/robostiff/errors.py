@@ -66,6 +66,9 @@ UNSAID = Words("")
 """In place of what came, where a message is silent about it; None came where a caller gave None."""
 
 
+_MOST_SHOWN = 100  # entries, which are longer than what is shown of them
+
+
 class InputError(RobostiffError, ValueError):
     """Input that cannot be used.
 
@@ -103,8 +106,11 @@ class InputError(RobostiffError, ValueError):
     def message(self) -> str:
         """The error in one sentence."""
         facts, got = [], self.got
-        # Arrays and their numbers are shown as a user would write them.
-        shown = repr(got.tolist() if type(got).__module__ == "numpy" else got)
+        # Arrays and their numbers are shown as a user would write them; of long ones the beginning.
+        if type(got).__module__ == "numpy":
+            got = (got[(slice(_MOST_SHOWN),) * got.ndim] if got.ndim else got).tolist()
+        is_long = isinstance(got, list | tuple) and len(got) > _MOST_SHOWN
+        shown = repr(got[:_MOST_SHOWN] if is_long else got)
         # What is shown without quotes is a sentence, perhaps of another program.
         limit = 600 if isinstance(got, str) and shown == got else 80
         if shown:  # UNSAID shows nothing

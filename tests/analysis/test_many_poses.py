@@ -16,8 +16,7 @@ from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import MachineCode
 from robostiff.elastostatics import CartesianStiffness
 from robostiff.kinematics import posture_finder
-from robostiff.model import Chain, Leg, Passive, beam_link, prismatic, spherical, universal
-from robostiff.spatial import Frame
+from tests.analysis.kernels.cases import row
 from tests.generators.elements import ROD, STEEL, shift_by
 from tests.generators.kernel_robots import thin_legs
 
@@ -56,12 +55,6 @@ def posed(robot: rs.Robot, count: int, spread: float, seed: int = 3) -> Any:
     size = np.where(np.array(places) < 3, finder.length, 1.5)
     shift = near * spread * size * random.uniform(-1, 1, (count, len(places)))
     return finder.home_pose[places] + shift
-
-
-def row_of(pose: Any, i: int) -> Any:
-    if isinstance(pose, rs.JointCoordinates):
-        return rs.JointCoordinates(np.asarray(pose.values)[i])
-    return pose[i]
 
 
 def assert_same(one: Any, other: Any) -> None:
@@ -104,8 +97,8 @@ def test_both_ways_say_the_same(name, spread, recorded_at_once):
     assert known.any()
     assert_same(found[known].K, expected[known].K)
     for i in range(0, COUNT, 3):
-        one = rs.stiffness(robot, row_of(pose, i))
-        for alone in (one, *([] if i % 7 else [direct_stiffness(robot, row_of(pose, i))])):
+        one = rs.stiffness(robot, row(pose, i))
+        for alone in (one, *([] if i % 7 else [direct_stiffness(robot, row(pose, i))])):
             assert (alone.status, int(alone.rank)) == (found[i].status, int(found[i].rank))
             assert alone.advice == found[i].advice
         if one.status.has_stiffness:
@@ -129,7 +122,7 @@ def check_questions(robot: Any, pose: Any) -> None:
     np.testing.assert_array_equal(bent.answered, alone.answered)
     for i in np.flatnonzero(bent.answered):
         assert_same(bent.twist.data[i], alone.twist.data[i])
-        assert np.isclose(bent.energy[i], alone.energy[i], rtol=1e-9)
+        assert np.isclose(bent.energy[i], alone.energy[i], rtol=1e-9, atol=0)
     found, by_one = rs.indices(robot, pose, at=at, length=0.3), rs.indices(expected, length=0.3)
     every = [
         (found.principal_stiffness[..., :d], lambda one: one.principal.translational),
@@ -177,8 +170,8 @@ def test_what_else_a_result_holds_is_that_of_the_direct_form(name, recorded_at_o
     some = rs.stiffness(robot, pose)[1:5]
     for found, expected in (
         (some, direct_stiffness(robot, pose)[1:5]),
-        (some[2], direct_stiffness(robot, row_of(pose, 3))),
-        (rs.stiffness(robot, row_of(pose, 2)), direct_stiffness(robot, row_of(pose, 2))),
+        (some[2], direct_stiffness(robot, row(pose, 3))),
+        (rs.stiffness(robot, row(pose, 2)), direct_stiffness(robot, row(pose, 2))),
     ):
         one, other = found.details(), expected.details()
         assert_same(one, other)
@@ -189,7 +182,7 @@ def test_what_else_a_result_holds_is_that_of_the_direct_form(name, recorded_at_o
             for part in parts:
                 assert_same(getattr(a, part), getattr(b, part))
     for part in ("free_motions", "rigid_directions", "decision"):
-        one, other = some[0], direct_stiffness(robot, row_of(pose, 1))
+        one, other = some[0], direct_stiffness(robot, row(pose, 1))
         assert_same(getattr(one, part), getattr(other, part))
     with pytest.raises(AttributeError, match="stiffnesses"):
         _ = some.stiffnesses
@@ -369,12 +362,12 @@ def test_a_robot_without_a_trusted_record_keeps_the_direct_form(
 def test_a_leg_that_transmits_nothing_has_a_record(recorded_at_once):
     """Six passive freedoms leave no wrench: K is zero, of rank 0, by the record as well."""
     freedoms = (
-        universal([0, 1, 0], [0, 0, 1], Passive(), name="u"),
-        prismatic([1, 0, 0], Passive(), name="p"),
-        beam_link([0.4, 0, 0], STEEL, ROD),
-        spherical(Passive(), name="s"),
+        rs.universal([0, 1, 0], [0, 0, 1], rs.Passive(), name="u"),
+        rs.prismatic([1, 0, 0], rs.Passive(), name="p"),
+        rs.beam_link([0.4, 0, 0], STEEL, ROD),
+        rs.spherical(rs.Passive(), name="s"),
     )
-    leg = Leg("leg", Frame.identity(), Chain(freedoms), Frame.identity())
+    leg = rs.Leg("leg", rs.Frame.identity(), rs.Chain(freedoms), rs.Frame.identity())
     robot = rs.Robot("loose", (leg,), home=shift_by(0.4, 0, 0))
     poses = np.array([[0.4, 0, 0, 0, 0, 0], [0.45, 0.02, 0.03, 0.1, 0, 0.2]])
     assert rs.compile(robot, backend=rs.Backend.ARRAYS).evaluate(poses).rank.tolist() == [0, 0]
@@ -386,9 +379,9 @@ def test_a_leg_that_transmits_nothing_has_a_record(recorded_at_once):
 def test_a_structure_is_answered_by_its_record_where_it_stands(
     recorded_at_once, asked_of_direct_form
 ):
-    beam = beam_link([0, 0.1, 0.5], STEEL, ROD)
+    beam = rs.beam_link([0, 0.1, 0.5], STEEL, ROD)
     feet = [shift_by(x, 0, 0) for x in (0, 1)]
-    legs = tuple(Leg(f"leaf {i}", foot, Chain((beam,)), foot) for i, foot in enumerate(feet))
+    legs = tuple(rs.Leg(f"leaf {i}", foot, rs.Chain((beam,)), foot) for i, foot in enumerate(feet))
     robot = rs.Robot("stage", legs, home=shift_by(0, 0.1, 0.5), coordinates=())
     direct = direct_stiffness(robot)
     rs.stiffness(robot)
@@ -397,13 +390,3 @@ def test_a_structure_is_answered_by_its_record_where_it_stands(
     assert not asked_of_direct_form
     assert np.abs(K - direct.K).max() < 1e-10 * K.max()
     assert rs.stiffness(robot, [0, 0.1, 0.6, 0, 0, 0]).status == rs.Status.UNREACHABLE
-
-
-def test_postures_and_verifications_are_shown_in_a_line():
-    robot = rs.load("3-puu")
-    assert repr(rs.find_posture(robot)) == "<Posture of '3-puu' at 1 pose, 1 within reach>"
-    apart = rs.find_posture(robot, [[0, 0, 0.3], [1.0, 0, 0.3]])
-    assert repr(apart) == "<Posture of '3-puu' at 2 poses, 1 within reach>"
-    shown = repr(rs.verify(robot))
-    assert shown.startswith("<Verification of '3-puu': saddle-point agrees, block agrees, ")
-    assert "\n" not in shown

@@ -8,8 +8,6 @@ from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app
-from robostiff.elastostatics import Status
-from robostiff.errors import InputError
 from robostiff.kinematics.pose import pose_of_end
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Coordinate, beam_link, prismatic, revolute, spherical, universal
@@ -78,12 +76,16 @@ def test_both_elbows_of_an_arm_are_found_near_their_joint_coordinates():
     assert abs(result.K[1, 1] / known.K[1, 1] - 1) > 0.1
     # the same by deflection and compliance
     C = rs.compliance(arm, known.pose, near=other)
-    assert np.allclose(C, np.linalg.inv(textbook_stiffness(other)), rtol=1e-10)
+    assert np.allclose(
+        C, np.linalg.inv(textbook_stiffness(other)), rtol=1e-10, atol=1e-10 * np.abs(C).max()
+    )
     bent = rs.deflection(arm, known.pose, [1.0, 2.0, 0.5], near=other)
-    assert np.allclose(bent.twist, C @ [1.0, 2.0, 0.5], rtol=1e-10)
+    assert np.allclose(
+        bent.twist, C @ [1.0, 2.0, 0.5], rtol=1e-10, atol=1e-10 * np.abs(bent.twist).max()
+    )
     loads = [actuator.load for actuator in bent.actuators]
-    assert np.isclose(sum(load**2 / 1e4 for load in loads) / 2, bent.energy, rtol=1e-10)
-    assert np.isclose(bent.energy, 0.5 * bent.twist @ [1.0, 2.0, 0.5], rtol=1e-10)
+    assert np.isclose(sum(load**2 / 1e4 for load in loads) / 2, bent.energy, rtol=1e-10, atol=0)
+    assert np.isclose(bent.energy, 0.5 * bent.twist @ [1.0, 2.0, 0.5], rtol=1e-10, atol=0)
 
 
 def closed_at(arm: rs.Robot, pose: np.ndarray | None) -> rs.Robot:
@@ -180,7 +182,7 @@ def test_legs_by_iteration_are_followed_from_near():
         assert np.allclose(a, b, rtol=0, atol=1e-9)
     arm = random_arm(0)
     pose = rs.find_posture(arm, rs.JointCoordinates(np.full(6, 0.4))).pose[0]
-    with pytest.raises(InputError, match="closed by iteration"):
+    with pytest.raises(rs.InputError, match="closed by iteration"):
         rs.postures(arm, pose)
 
 
@@ -219,7 +221,7 @@ def test_drives_that_move_alone_leave_the_posture_open_and_the_result_says_so():
     pose = end + MOVED
     found = rs.stiffness(arm, pose)
     (advice,) = found.advice
-    assert found.status == Status.OK
+    assert found.status == rs.Status.OK
     assert "drives of leg 'arm' can move while the platform stands still" in advice
     near = rs.stiffness(arm, pose, near=[q + np.array([0.3, 0, -0.3, 0, 0, 0, 0])])
     assert near.advice == ()
@@ -240,15 +242,15 @@ def test_a_pose_that_is_reached_in_another_working_mode_only_says_so(kind: str):
         q = case.leg.chain.home + 0.6 * random.uniform(-1, 1, case.leg.chain.size)
         pose = pose_of_end(case.leg, q)
         found = rs.stiffness(case.robot, pose)
-        if found.status & Status.UNREACHABLE:
+        if found.status & rs.Status.UNREACHABLE:
             said = [sentence for sentence in found.advice if "another working mode" in sentence]
             assert len(said) == 1
             near = rs.stiffness(case.robot, pose, near=[q])
-            assert not near.status & Status.UNREACHABLE
+            assert not near.status & rs.Status.UNREACHABLE
             assert np.allclose(near.joint_coordinates[case.leg.name], q, rtol=0, atol=1e-6)
             refused += 1
     far = rs.stiffness(case.robot, pose + 9 * np.eye(6)[0])
-    assert far.status == Status.UNREACHABLE
+    assert far.status == rs.Status.UNREACHABLE
     assert not any("working mode" in sentence for sentence in far.advice)
     assert 0 < refused < 30
 

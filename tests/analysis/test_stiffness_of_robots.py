@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff import Block, IndexRules, NoAnswerError, SaddlePoint, Status, compliance, stiffness
-from robostiff.kinematics import find_posture
 from robostiff.model import Actuated, Chain, Joint, Locked
 from robostiff.spatial import move_compliance, move_stiffness
 from tests.cases.metric import distance
@@ -19,46 +17,46 @@ POSE = np.array([0.03, -0.02, 0.62, 0.1, -0.15, 0.2])
 
 def test_another_point_is_the_same_matrix_moved():
     robot, at = case_b(), np.array([0.3, -0.2, 0.9])
-    here = stiffness(robot, POSE)
-    there = stiffness(robot, POSE, at=at)
+    here = rs.stiffness(robot, POSE)
+    there = rs.stiffness(robot, POSE, at=at)
     assert distance(there.K, move_stiffness(here.K, at - here.reference_point)) <= 1e-12
     C = move_compliance(here.required_compliance(), at - here.reference_point)
     assert distance(there.required_compliance(), C) <= 1e-12
     assert np.array_equal(there.reference_point, at)
     assert int(there.rank) == int(here.rank)
     assert there.status == here.status
-    assert distance(compliance(robot, POSE, at=at), C) <= 1e-12
+    assert distance(rs.compliance(robot, POSE, at=at), C) <= 1e-12
     again = there.about(here.reference_point)
     assert distance(again.K, here.K) <= 1e-12
 
 
 def test_methods_that_refuse_say_why():
-    default = stiffness(case_b(), POSE)
-    assert distance(stiffness(case_b(), POSE, method=SaddlePoint()).K, default.K) <= 1e-9
+    default = rs.stiffness(case_b(), POSE)
+    assert distance(rs.stiffness(case_b(), POSE, method=rs.SaddlePoint()).K, default.K) <= 1e-9
     # beam legs and oblique joints: the index rules do not hold
-    refused = stiffness(case_b(), POSE, method=IndexRules())
-    assert Status.FORM_DOES_NOT_HOLD in refused.status
-    with pytest.raises(NoAnswerError, match="oblique"):
+    refused = rs.stiffness(case_b(), POSE, method=rs.IndexRules())
+    assert rs.Status.FORM_DOES_NOT_HOLD in refused.status
+    with pytest.raises(rs.NoAnswerError, match="oblique"):
         _ = refused.K
     assert any(line.startswith("index-rules: ") for line in refused.advice)
     # two beams of a serial arm: nothing to eliminate
-    arm = stiffness(elbow_arm(drives=None, elastic_links=True), method=Block())
-    assert distance(arm.K, stiffness(elbow_arm(drives=None)).K) <= 1e-9
+    arm = rs.stiffness(elbow_arm(drives=None, elastic_links=True), method=rs.Block())
+    assert distance(arm.K, rs.stiffness(elbow_arm(drives=None)).K) <= 1e-9
 
 
 def test_singular_poses_are_never_nan():
     """Case B turned by 90 degrees about its axis is singular, and the way there is smooth."""
     turns = np.linspace(0, np.pi / 2, 41)
     poses = np.stack([np.array([0, 0, 0.6, 0, 0, a]) for a in turns])
-    result = stiffness(case_b(), poses)
+    result = rs.stiffness(case_b(), poses)
     assert np.isfinite(result.K).all()
     assert int(result[0].rank) == 6
     exact = [int(rank) for rank in result.rank]
     assert exact[-1] == 5
     assert all(rank == 6 for rank in exact[:-1])
     assert len(result[-1].free_motions) == 1
-    close = stiffness(case_b(), [0, 0, 0.6, 0, 0, np.pi / 2 - 1e-7])
-    assert Status.ILL_CONDITIONED in close.status
+    close = rs.stiffness(case_b(), [0, 0, 0.6, 0, 0, np.pi / 2 - 1e-7])
+    assert rs.Status.ILL_CONDITIONED in close.status
     assert np.isfinite(close.K).all()
 
 
@@ -90,26 +88,26 @@ def test_free_coordinates_that_are_not_reached_either_are_no_advice(pose):
 
 def test_unreachable_poses():
     robot = five_bar()
-    far = stiffness(robot, [0.0, 1.5, 0, 0, 0, 0])
-    assert far.status == Status.UNREACHABLE
+    far = rs.stiffness(robot, [0.0, 1.5, 0, 0, 0, 0])
+    assert far.status == rs.Status.UNREACHABLE
     assert far.free_motions == ()
     assert far.compliance is None
-    with pytest.raises(NoAnswerError, match=r"leg 'left' falls short of the pose by 529\.7 mm"):
+    with pytest.raises(rs.NoAnswerError, match=r"leg 'left' falls short of the pose by 529\.7 mm"):
         _ = far.K
-    with pytest.raises(NoAnswerError):
+    with pytest.raises(rs.NoAnswerError):
         _ = far.leg_stiffness
-    with pytest.raises(NoAnswerError, match="falls short"):
+    with pytest.raises(rs.NoAnswerError, match="falls short"):
         far.required_compliance()
-    batch = stiffness(robot, [[0.0, 0.8, 0, 0, 0, 0], [0.0, 1.5, 0, 0, 0, 0]])
+    batch = rs.stiffness(robot, [[0.0, 0.8, 0, 0, 0, 0], [0.0, 1.5, 0, 0, 0, 0]])
     assert batch.answered.tolist() == [True, False]
     assert np.isfinite(batch[batch.answered].K).all()
-    with pytest.raises(NoAnswerError, match=r"1 of 2 poses, the first being \(1,\)"):
+    with pytest.raises(rs.NoAnswerError, match=r"1 of 2 poses, the first being \(1,\)"):
         _ = batch.K
 
 
 def test_beyond_limits_there_is_a_matrix_to_be_used_with_care():
-    result = stiffness(case_b(limits=(0.3, 0.6)), [0, 0, 0.9, 0, 0, 0])
-    assert result.status == Status.BEYOND_LIMITS
+    result = rs.stiffness(case_b(limits=(0.3, 0.6)), [0, 0, 0.9, 0, 0, 0])
+    assert result.status == rs.Status.BEYOND_LIMITS
     assert np.isfinite(result.K).all()
     assert "outside its limits 300 to 600 mm" in result.complaints[0]
 
@@ -123,19 +121,19 @@ def test_arm_with_elastic_drives_only_has_a_compliance_but_no_stiffness():
         for e in elements
     ]
     stiffened = replace(arm, legs=(replace(arm.legs[0], chain=Chain(tuple(elements))),))
-    result = stiffness(stiffened)
-    assert Status.RIGID_DIRECTION in result.status
-    with pytest.raises(NoAnswerError, match="without meeting any compliance"):
+    result = rs.stiffness(stiffened)
+    assert rs.Status.RIGID_DIRECTION in result.status
+    with pytest.raises(rs.NoAnswerError, match="without meeting any compliance"):
         _ = result.K
     (w,) = result.rigid_directions
     C = result.required_compliance()
     assert np.linalg.matrix_rank(C, tol=1e-12) == 5
     assert np.abs(C @ w).max() <= 1e-12 * np.abs(C).max() * np.abs(w).max()
-    moved = stiffness(stiffened, at=[0.4, -0.3, 0.2])
+    moved = rs.stiffness(stiffened, at=[0.4, -0.3, 0.2])
     (w_there,), C_there = moved.rigid_directions, moved.required_compliance()
     assert np.abs(C_there @ w_there).max() <= 1e-12 * np.abs(C_there).max() * np.abs(w_there).max()
     # Salisbury's K^-1 = J K_theta^-1 J^T
-    snapshot = find_posture(stiffened).snapshot.one(0)
+    snapshot = rs.find_posture(stiffened).snapshot.one(0)
     J = np.stack(
         [
             np.concatenate([np.cross(f.axis, snapshot.reference_point - f.point), f.axis])
@@ -152,7 +150,7 @@ def test_a_snapshot_has_its_own_pose():
     snapshot = snapshot_of(
         [FreeChain((random_beam(rng),), (random_joint(rng),), np.zeros(3))], np.zeros(3)
     )
-    result = stiffness(snapshot)
+    result = rs.stiffness(snapshot)
     assert result.pose is None
     assert int(result.rank) == 5
 
@@ -166,16 +164,8 @@ def test_read_only_and_broadcast_poses_are_fine():
     np.testing.assert_allclose(rs.stiffness(HEXAPOD, poses).K[3], rs.stiffness(HEXAPOD, TILTED).K)
 
 
-def test_results_show_themselves_in_a_line():
-    result = rs.stiffness(HEXAPOD, TILTED)
-    assert repr(result).startswith("<Stiffness of 'hexapod' about (0.06, 0.02, 0.9) m, rank 6")
-    assert "2 poses, 2 with a matrix" in repr(rs.stiffness(HEXAPOD, [TILTED, TILTED]))
-    assert "status ok" in repr(rs.deflection(HEXAPOD, TILTED, [1, 0, 0, 0, 0, 0]))
-
-
 def test_a_far_reference_point_changes_no_rank_and_no_status():
     robot = rs.load("gough-stewart-b-beams")
-    assert isinstance(robot, rs.Robot)
     near = rs.stiffness(robot)
     for away in (1e2, 1e4, 1e6):
         far = rs.stiffness(replace(robot, reference_point=np.array([away, 0, 0])))
@@ -192,7 +182,6 @@ def test_free_motions_described_from_far_away_are_the_same():
 
 def test_stiffnesses_too_far_apart_are_said_to_be():
     robot = rs.load("gough-stewart-b")
-    assert isinstance(robot, rs.Robot)
     chain = robot.legs[0].chain
     stiff = tuple(
         replace(e, role=Actuated(1e24)) if e.name == "actuator" and isinstance(e, Joint) else e

@@ -7,14 +7,7 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic import (
-    Closed,
-    Definition,
-    Steps,
-    decoupling_conditions,
-    free_motion_formulas,
-    rank_formula,
-)
+from robostiff.analytic import Definition, decoupling_conditions, free_motion_formulas, rank_formula
 from robostiff.analytic.exact.definition import different_entries
 from robostiff.analytic.exact.exact_points import matrix_value
 from tests.analytic.formulas import derived
@@ -123,7 +116,7 @@ def test_self_stresses_of_a_frame_are_no_wrenches_of_the_formula(tmp_path):
     # Their zeros made the rank a failure of the singular values.
     path = tmp_path / "portal.yaml"
     path.write_text(PORTAL)
-    formula = rs.derive(path, form=Steps())
+    formula = rs.derive(path, form=rs.Steps())
     assert not any(w.is_zero_matrix for leg in formula.legs for w in leg.wrenches)
     K = rs.stiffness(rs.load(path)).K
     own = formula.lambdify()(w=0.4, h=1.5, l=0.8)
@@ -138,7 +131,7 @@ def test_self_stresses_of_a_frame_are_no_wrenches_of_the_formula(tmp_path):
 @pytest.mark.parametrize("coordinate", ["y", "x", "gamma"])
 def test_decoupling_in_steps_is_that_of_the_closed_form(coordinate):
     pose = rs.AtCoordinates({coordinate: sp.Symbol("s", real=True)})
-    steps, closed = (rs.derive("3-rpr", pose=pose, form=form) for form in (Steps(), Closed()))
+    steps, closed = (rs.derive("3-rpr", pose=pose, form=form) for form in (rs.Steps(), rs.Closed()))
     assert not steps.is_closed
     assert closed.is_closed
     assert set(decoupling_conditions(steps)) == set(decoupling_conditions(closed))
@@ -156,7 +149,7 @@ def test_formulas_at_a_symbolic_pose_have_no_waste(name):
 @pytest.mark.parametrize("name", ["h4", "hexapod", "delta", "3-rps"])
 def test_no_step_is_zero_or_a_copy_and_zeros_are_zeros(name):
     robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
-    derivation = rs.derive(robot, form=Steps())
+    derivation = rs.derive(robot, form=rs.Steps())
     values, K = random_places(robot, "home", 4)
     entries = [x for x in different_entries(derivation.K) if not (x.is_Symbol or (-x).is_Symbol)]
     of_K = [Definition(sp.Dummy(), x) for x in entries]

@@ -10,8 +10,6 @@ from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.analytic import (
-    Closed,
-    Steps,
     compliance_steps,
     derive_chain,
     differentiate,
@@ -24,7 +22,6 @@ from robostiff.analytic.chain import check_chain
 from robostiff.analytic.export import derivation_text, python_function
 from robostiff.analytic.placement.agreement import numbers_of
 from robostiff.analytic.placement.robot_placement import place_robot
-from robostiff.errors import DisagreementError, InputError
 from tests.analytic.export.test_functions import POSED
 from tests.analytic.formulas import DATA, cubic_platform, derived, in_numbers
 from tests.files import FILES, text_of
@@ -70,7 +67,7 @@ def test_coordinates_without_a_formula_are_symbols_and_others_than_the_closed_on
     assert distance(K, rs.stiffness(robot.numeric).K) < 1e-9
     with pytest.raises(ValueError, match="does not hold"):
         function(**values_for(derivation, known | {derivation.following[0]: 1.234}))
-    with pytest.raises(InputError, match="change with it as the legs close"):
+    with pytest.raises(rs.InputError, match="change with it as the legs close"):
         differentiate(derivation, derivation.symbols[0])
 
 
@@ -129,7 +126,7 @@ def test_a_rank_has_no_false_exception():
 FULL = sp.Matrix(6, 6, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
 
 
-@pytest.mark.parametrize("form", [Closed(), Steps()])
+@pytest.mark.parametrize("form", [rs.Closed(), rs.Steps()])
 def test_a_dependent_joint_takes_nothing_away(form):
     L = sp.Symbol("L", positive=True)
     joints = {"a": [0, 0, -L, 0, 1, 0], "b": [0, 0, 0, 0, 1, 0], "c": [0, 0, 1, 0, 0, 0]}
@@ -146,7 +143,7 @@ def test_a_dependent_joint_takes_nothing_away(form):
 def test_steps_of_shipped_robots_at_their_own_values(name):
     """Other values are compared by `derive` itself, others of `POSED` at symbolic poses."""
     robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
-    derivation = rs.derive(robot, form=Steps())
+    derivation = rs.derive(robot, form=rs.Steps())
     values = values_for(derivation, robot.nominal) if not derivation.following else None
     if values is not None:
         K = function_of(derivation)(**values)
@@ -162,7 +159,7 @@ def test_a_derivation_that_differs_from_numbers_is_not_returned(monkeypatch):
         return replace(found, K=found.K * sp.Rational(1001, 1000))
 
     monkeypatch.setattr(robot_formula, "sum_of_springs", off)
-    with pytest.raises(DisagreementError, match=r"disagree by 1\.0e-03 .*report"):
+    with pytest.raises(rs.DisagreementError, match=r"disagree by 1\.0e-03 .*report"):
         rs.derive("gough-stewart-b")
 
 
@@ -171,22 +168,22 @@ def test_checks_of_robots_chains_and_snapshots_see_a_difference(monkeypatch):
     derivation = rs.derive(robot, pose=rs.AtSymbols())
     numbers = numbers_of(place_robot(robot, rs.AtSymbols()))
     numbers.check(derivation.K, derivation.definitions)
-    with pytest.raises(DisagreementError):
+    with pytest.raises(rs.DisagreementError):
         numbers.check(derivation.K * sp.Rational(100001, 100000), derivation.definitions)
     joints = {"tip": sp.ImmutableMatrix([0, 0, 0, 0, 1, 0])}
-    chain = derive_chain(FULL, joints, Steps())
-    with pytest.raises(DisagreementError):
+    chain = derive_chain(FULL, joints, rs.Steps())
+    with pytest.raises(rs.DisagreementError):
         check_chain(replace(chain, K=chain.K + sp.eye(6) / 1000), FULL.flat(), joints)
     module = sys.modules["robostiff.analytic.robot_formula"]
     whole = module.closed_sum
     monkeypatch.setattr(
         module, "closed_sum", lambda *own: replace(whole(*own), K=whole(*own).K * 2)
     )
-    with pytest.raises(DisagreementError):
+    with pytest.raises(rs.DisagreementError):
         snapshot_formula(cubic_platform())
 
 
-@pytest.mark.parametrize("form", [Closed(), Steps()], ids=["closed", "steps"])
+@pytest.mark.parametrize("form", [rs.Closed(), rs.Steps()], ids=["closed", "steps"])
 @pytest.mark.parametrize("pose", [rs.AtHome(), rs.AtSymbols()], ids=["home", "symbols"])
 def test_numbers_of_hundreds_of_digits_are_exported_as_numbers_of_the_machine(form, pose):
     robot = rs.load(DATA / "arm-of-long-decimals.yaml")
@@ -207,9 +204,9 @@ def test_numbers_of_hundreds_of_digits_are_a_sum_of_springs():
     np.testing.assert_allclose(in_numbers(series, {}), rs.stiffness(robot).K, rtol=1e-9)
 
 
-@pytest.mark.parametrize("form", [Closed(), Steps()], ids=["closed", "steps"])
+@pytest.mark.parametrize("form", [rs.Closed(), rs.Steps()], ids=["closed", "steps"])
 def test_a_pose_in_symbols_that_the_legs_do_not_leave_free_is_refused(form):
-    with pytest.raises(InputError, match="no pose near home at which all legs meet"):
+    with pytest.raises(rs.InputError, match="no pose near home at which all legs meet"):
         rs.derive(rs.load(FILES / "overdetermined.yaml"), pose=rs.AtSymbols(), form=form)
 
 
@@ -237,10 +234,10 @@ def test_a_stretched_leg_transmits_more_and_is_refused():
     assert distance(function_of(derivation)(**bent), expected) < 1e-9
     compliance = compliance_steps(derivation)
     for own in (derivation, compliance, differentiate(derivation, "e")):
-        with pytest.raises(InputError, match="leg 'leg x' is neither stretched nor folded"):
+        with pytest.raises(rs.InputError, match="leg 'leg x' is neither stretched nor folded"):
             own.substituted(stretched)
     for own in (derivation, compliance):
-        with pytest.raises(InputError, match="leg 'leg x' is neither stretched nor folded"):
+        with pytest.raises(rs.InputError, match="leg 'leg x' is neither stretched nor folded"):
             own.subs({"l": 0.35, "d": 0.7})
     assert not compliance.subs({"l": 0.35}).subs({"d": 0.3}).conditions
     with pytest.raises(rs.NoAnswerError, match="is neither stretched nor folded"):
@@ -267,7 +264,7 @@ DEPENDS = {
 }
 
 
-@pytest.mark.parametrize("form", [Closed(), Steps()], ids=["closed", "steps"])
+@pytest.mark.parametrize("form", [rs.Closed(), rs.Steps()], ids=["closed", "steps"])
 @pytest.mark.parametrize("case", DEPENDS)
 def test_joints_that_depend_on_one_another_transmit_more(case, form, tmp_path):
     """K had a rank of one less than the numbers, where turns alone in a leg were looked at."""
@@ -284,7 +281,7 @@ def test_joints_that_depend_on_one_another_transmit_more(case, form, tmp_path):
     )
     with pytest.raises(rs.NoAnswerError, match=r"is neither stretched nor folded|are independent"):
         known(**values_for(derivation, at))
-    with pytest.raises(InputError, match=r"is neither stretched nor folded|are independent"):
+    with pytest.raises(rs.InputError, match=r"is neither stretched nor folded|are independent"):
         derivation.substituted(values_for(derivation, at))
 
 
@@ -363,5 +360,5 @@ def test_links_that_are_folded_at_home_are_refused(tmp_path):
         ],
         platform=True,
     )
-    with pytest.raises(InputError, match="two postures of leg 'leg1' that meet at home"):
+    with pytest.raises(rs.InputError, match="two postures of leg 'leg1' that meet at home"):
         rs.derive(path)

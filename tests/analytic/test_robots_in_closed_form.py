@@ -5,21 +5,9 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analysis import stiffness
 from robostiff.analytic import canonical, rank_formula, snapshot_formula
 from robostiff.analytic.export import derivation_text
-from robostiff.errors import InputError
-from robostiff.model import (
-    Chain,
-    Leg,
-    PlacedLeg,
-    Robot,
-    Snapshot,
-    parallelogram,
-    prismatic,
-    revolute,
-    with_entries,
-)
+from robostiff.model import PlacedLeg, parallelogram, with_entries
 from robostiff.spatial import Frame, Space
 from tests.analytic.formulas import X, Z, derived, sliding, three_puu, turning, unit, vector
 from tests.files import FILES, text_of
@@ -147,7 +135,7 @@ def at_numbers(snapshot, values):
 def check_against_numbers(snapshot, values, tolerance=1e-10):
     K = snapshot_formula(snapshot).K
     found = np.array(K.evalf(30, subs=values), dtype=float)
-    expected = stiffness(at_numbers(snapshot, values)).K
+    expected = rs.stiffness(at_numbers(snapshot, values)).K
     size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     size = np.where(size > 0, size, size.max())
     assert np.max(np.abs(found - expected) / size) < tolerance
@@ -166,7 +154,7 @@ def test_a_planar_3_rpr_as_a_snapshot():
         B = vector(x + c * u - s * v, y + s * u + c * v, 0)
         elements = (turning("A", A, Z), sliding("slide", A, unit(B - A), k), turning("B", B, Z))
         legs.append(PlacedLeg(f"leg{i}", elements, B))
-    robot = Snapshot("3-RPR", tuple(legs), vector(x, y, 0), Space.PLANAR)
+    robot = rs.Snapshot("3-RPR", tuple(legs), vector(x, y, 0), Space.PLANAR)
     values = {x: 0.45, y: 0.35, sp.Symbol("t"): 0.3, a: 1.0, b: 0.12, k: 1e6}
     K = check_against_numbers(robot, values)
     singular = K.subs({sp.Symbol("t"): 0, x: a / 2, y: a / 3})
@@ -178,8 +166,8 @@ def test_a_leg_without_compliance_on_its_path_is_refused():
     hinge = turning("hinge", vector(0, 0, 0), Z)
     spring = sliding("slide", vector(0, 0, 0), X, sp.Symbol("k", positive=True))
     leg = PlacedLeg("stiff", (hinge, spring), vector(L, 0, 0))
-    with pytest.raises(InputError, match="meets no compliance"):
-        snapshot_formula(Snapshot("stiff", (leg,), vector(L, 0, 0)))
+    with pytest.raises(rs.InputError, match="meets no compliance"):
+        snapshot_formula(rs.Snapshot("stiff", (leg,), vector(L, 0, 0)))
 
 
 def test_a_snapshot_in_formulas_is_a_formula_as_others_are():
@@ -268,22 +256,22 @@ def test_cubic_platform_about_its_centre_and_above(tmp_path):
 NOMINAL = {"k": 3e6, "l": 0.5, "w": 0.1}
 
 
-def bars_that_only_stretch(k, length, width) -> Robot:
+def bars_that_only_stretch(k, length, width) -> rs.Robot:
     """A planar parallelogram of two bars along x, each a spring of stiffness k."""
     z = [0, 0, 1]
     free, spring = rs.Passive(), rs.Actuated(k)
-    bar = Chain(
+    bar = rs.Chain(
         (
-            revolute(z, free, name="near pin"),
-            prismatic([1, 0, 0], spring, home=[length], name="bar"),
-            revolute(z, free, name="far pin"),
+            rs.revolute(z, free, name="near pin"),
+            rs.prismatic([1, 0, 0], spring, home=[length], name="bar"),
+            rs.revolute(z, free, name="far pin"),
         )
     )
     across = np.array([0, width, 0], dtype=object)
     still = Frame(np.eye(3, dtype=int), np.zeros(3, dtype=int))
-    leg = Leg("leg", still, Chain((parallelogram(bar, across),)), still)
+    leg = rs.Leg("leg", still, rs.Chain((parallelogram(bar, across),)), still)
     home = Frame(np.eye(3, dtype=int), np.array([length, 0, 0], dtype=object))
-    return Robot("parallelogram", (leg,), home=home, space=Space.PLANAR, nominal=NOMINAL)
+    return rs.Robot("parallelogram", (leg,), home=home, space=Space.PLANAR, nominal=NOMINAL)
 
 
 def test_planar_parallelogram_by_hand():

@@ -8,12 +8,9 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import (
-    Closed,
     Condition,
     Definition,
     Derivation,
-    RobotDerivation,
-    Steps,
     compliance_steps,
     derive_chain,
     derive_robot,
@@ -21,7 +18,6 @@ from robostiff.analytic import (
     substitution,
 )
 from robostiff.analytic.export import derivation_text
-from robostiff.errors import InputError
 from tests.analytic.formulas import in_numbers
 from tests.files import FILES
 
@@ -34,12 +30,12 @@ def case_b(form=None, pose=None):
 
 @pytest.fixture(scope="module")
 def closed():
-    return case_b(Closed())
+    return case_b(rs.Closed())
 
 
 @pytest.fixture(scope="module")
 def steps():
-    return case_b(Steps())
+    return case_b(rs.Steps())
 
 
 def numbers(K):
@@ -79,7 +75,7 @@ def test_exact_values_stay_exact(closed):
 def test_some_symbols_alone(form, request):
     derivation = request.getfixturevalue(form)
     some = derivation.subs({"R": 2 * sp.Symbol("r"), "h": 0.75})
-    assert isinstance(some, RobotDerivation)
+    assert isinstance(some, rs.RobotDerivation)
     assert some.free_symbols == set(some.symbols) == {k, r}
     expected = numeric_K(R=0.6, r=0.3, h=0.75, k=2e8)
     assert_agrees(numbers(some.substituted({"r": 0.3, "k": 2e8})), expected)
@@ -102,7 +98,7 @@ def test_quantities_of_any_system_are_converted(closed, system: str):
     expected = closed.lambdify()(R=0.5, r=0.3, h=0.75, k=1e8)
     assert numbers(closed.lambdify()(**given)) == pytest.approx(expected, rel=1e-12)
     assert numbers(closed.subs(given).K) == pytest.approx(expected, rel=1e-12)
-    with pytest.raises(InputError, match="a quantity of mechanics"):
+    with pytest.raises(rs.InputError, match="a quantity of mechanics"):
         closed.subs({"h": Q(3, "ampere")})
 
 
@@ -115,7 +111,7 @@ def test_a_derivative_by_name_or_by_a_symbol_of_that_name(closed):
 
 def test_stages_of_a_chain_have_the_values_too():
     K = sp.Matrix(3, 3, lambda i, j: sp.Symbol(f"K{min(i, j) + 1}{max(i, j) + 1}"))
-    for form in (Closed(), Steps()):
+    for form in (rs.Closed(), rs.Steps()):
         chain = derive_chain(K, {"tip": [0, sp.Symbol("a"), 1], "slide": [1, 0, 0]}, form)
         put = chain.subs("a", sp.Rational(1, 2))
         assert put.stages[0].J == sp.Matrix([0, sp.Rational(1, 2), 1])
@@ -191,7 +187,7 @@ def test_conditions_are_checked():
     a = sp.Symbol("a", positive=True)
     K = sp.ImmutableMatrix(sp.diag(a, a, a))
     length = Condition("the beam has a positive length", 1 - a)
-    derivation = RobotDerivation("robot", K, (), K, conditions=(length,))
+    derivation = rs.RobotDerivation("robot", K, (), K, conditions=(length,))
     assert derivation.substituted({"a": 0.5})[0, 0] == sp.Float(0.5)
     assert derivation.subs("a", 0.5).conditions == ()
     for method in (derivation.substituted, derivation.subs):

@@ -15,8 +15,6 @@ from typing import Any
 import numpy as np
 
 import robostiff as rs
-from robostiff.errors import RobostiffError
-from robostiff.model import Robot
 from tests.campaign import placed
 
 ROOT = Path(__file__).parents[2]
@@ -66,7 +64,7 @@ def _machines() -> Iterator[tuple[str, Answers]]:
         yield from _of_robot(name, rs.load(name))
     for name in EXAMPLES:
         machine: Any = rs.load(ROOT / "examples" / name)
-        if isinstance(machine, Robot):
+        if isinstance(machine, rs.Robot):
             yield from _of_robot(name, machine)
         else:
             yield name, _at(machine, None) | _loaded(machine, None)
@@ -78,7 +76,7 @@ def _machines() -> Iterator[tuple[str, Answers]]:
         yield f"random {i}, {kind}", _at(snapshot, None)
 
 
-def _of_robot(name: str, robot: Robot) -> Iterator[tuple[str, Answers]]:
+def _of_robot(name: str, robot: rs.Robot) -> Iterator[tuple[str, Answers]]:
     home: Any = None
     posture = rs.find_posture(robot)
     if robot.is_posed_by_joints:
@@ -100,7 +98,7 @@ def _of_robot(name: str, robot: Robot) -> Iterator[tuple[str, Answers]]:
 _kernels: dict[int, Any] = {}
 
 
-def _kernel(robot: Robot) -> rs.CompiledStiffness:
+def _kernel(robot: rs.Robot) -> rs.CompiledStiffness:
     if id(robot) not in _kernels:
         _kernels.clear()
         _kernels[id(robot)] = rs.compile(robot, backend=rs.Backend.ARRAYS)
@@ -142,7 +140,7 @@ def _asked(name: str, ask: Callable[[], Any]) -> Answers:
     """An answer, or the kind of the refusal."""
     try:
         value = ask()
-    except (RobostiffError, TypeError) as error:
+    except (rs.RobostiffError, TypeError) as error:
         return {name: type(error).__name__}
     if isinstance(value, int | str):
         return {name: value}

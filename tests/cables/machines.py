@@ -4,17 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+import robostiff as rs
 from robostiff.analysis import CableResponse, CableStiffness, SlackEvent
-from robostiff.model.cable import Cable, CableRobot, Weight
-from robostiff.robots import load
-from robostiff.spatial import Frame
-
-
-def cable_robot(name: str) -> CableRobot:
-    """A shipped cable robot."""
-    robot = load(name)
-    assert isinstance(robot, CableRobot)
-    return robot
 
 
 def answered(response: CableResponse) -> CableStiffness:
@@ -31,15 +22,15 @@ def slack_event(response: CableResponse) -> SlackEvent:
 
 def random_robot(
     seed: int, cables: int = 8, *, weight: bool = True, winch: bool = True
-) -> CableRobot:
+) -> rs.CableRobot:
     """A cable robot around a platform of a tenth of its size, numbers without pattern."""
     rng = np.random.default_rng(seed)
     exits = rng.uniform(-2, 2, (cables, 3))
     exits *= (rng.uniform(2, 3, cables) / np.linalg.norm(exits, axis=-1))[:, None]
-    return CableRobot(
+    return rs.CableRobot(
         "random",
         tuple(
-            Cable(
+            rs.Cable(
                 f"cable{i}",
                 exits[i],
                 rng.uniform(-0.3, 0.3, 3),
@@ -51,7 +42,7 @@ def random_robot(
             )
             for i in range(cables)
         ),
-        home=Frame.identity(),
-        weight=Weight([0, 0, -100.0], rng.uniform(-0.2, 0.2, 3)) if weight else None,
+        home=rs.Frame.identity(),
+        weight=rs.Weight([0, 0, -100.0], rng.uniform(-0.2, 0.2, 3)) if weight else None,
         reference_point=rng.uniform(-0.2, 0.2, 3),
     )

@@ -8,9 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.cables import structure_matrix, weight_wrench, wrench_derivative
+from robostiff.cables import TensionProblem, structure_matrix, weight_wrench, wrench_derivative
 from robostiff.spatial import Space, skew
-from tests.cables.machines import answered, cable_robot, random_robot, slack_event
+from tests.cables.machines import answered, random_robot, slack_event
 from tests.campaign.bodies import minimum
 from tests.campaign.loaded_cables import suspended
 
@@ -32,8 +32,7 @@ def test_without_tension_cables_hold_by_stretching_alone():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_shipped_robots_stand_at_home(name):
-    robot = cable_robot(name)
-    assert isinstance(robot, rs.CableRobot)
+    robot = rs.load(name)
     result = rs.stiffness(robot)
     assert result.status == STATUS.OK
     assert (np.linalg.eigvalsh(result.K) > 0).all()
@@ -45,7 +44,7 @@ def test_shipped_robots_stand_at_home(name):
 
 @pytest.mark.parametrize("name", ["cable-8", "cable-3-suspended"])
 def test_matrix_of_a_robot_is_that_of_its_energy(name):
-    robot = cable_robot(name)
+    robot = rs.load(name)
     result = rs.stiffness(robot)
     bodies = suspended(robot, np.append(robot.home.p, np.zeros(3)), result.tensions)
     exact = np.linalg.inv(minimum(bodies, np.zeros(6)).compliance)
@@ -53,7 +52,7 @@ def test_matrix_of_a_robot_is_that_of_its_energy(name):
 
 
 def test_a_wrench_that_is_held_changes_by_its_derivative():
-    robot = cable_robot("cable-8")
+    robot = rs.load("cable-8")
     result = rs.cable_stiffness(robot, None, [20.0, -10, 30, 1, 2, -1])
     start, weight = result.reference_point, robot.weight
     assert weight is not None
@@ -77,7 +76,7 @@ def test_a_wrench_that_is_held_changes_by_its_derivative():
 
 
 def test_batch_is_pose_by_pose():
-    robot = cable_robot("cable-8-suspended")
+    robot = rs.load("cable-8-suspended")
     rng = np.random.default_rng(0)
     poses = [0, 0, 2, 0, 0, 0] + rng.uniform(-1, 1, (2, 6, 6)) * [3, 2, 1, 0.1, 0.1, 0.1]
     batch = rs.stiffness(robot, poses)
@@ -91,7 +90,7 @@ def test_batch_is_pose_by_pose():
 
 
 def test_another_point_is_the_matrix_of_a_robot_with_that_reference_point():
-    robot = cable_robot("cable-8")
+    robot = rs.load("cable-8")
     tensions = rs.GivenTensions(np.linspace(60, 130, 8))  # held by others too
     offset = np.array([0.2, -0.1, 0.4])
     other = rs.cable_stiffness(replace(robot, reference_point=offset), tensions=tensions)
@@ -115,7 +114,7 @@ def test_a_small_load_moves_a_platform_that_others_hold_as_its_stiffness_says():
 
 
 def test_the_matrix_of_a_plane_is_part_of_that_in_space():
-    robot = cable_robot("cable-4-planar")
+    robot = rs.load("cable-4-planar")
     plane = rs.cable_stiffness(robot)
     tensions = rs.GivenTensions(plane.tensions)
     space = rs.cable_stiffness(replace(robot, space=Space.SPATIAL), tensions=tensions)
@@ -124,7 +123,7 @@ def test_the_matrix_of_a_plane_is_part_of_that_in_space():
 
 
 def test_millimetres_decide_like_metres():
-    robot = cable_robot("cable-3-suspended")
+    robot = rs.load("cable-3-suspended")
     assert robot.weight is not None
     for factor in (1e-3, 1e3):
         scaled = replace(
@@ -198,21 +197,21 @@ def test_winch_is_in_series():
 
 
 def test_nearest_tensions_of_fewer_cables_than_freedoms():
-    robot = cable_robot("cable-3-suspended")
+    robot = rs.load("cable-3-suspended")
     answer = rs.cable_tensions(robot)
     np.testing.assert_allclose(answer.tensions, 100 * np.sqrt(0.8**2 + 2**2) / 2, rtol=1e-12)
     assert rs.cable_tensions(robot, wrench=[1, 0, 0, 0, 0, 0]).status == STATUS.INFEASIBLE
 
 
 def test_closed_form_is_the_nearest_where_no_limit_is_met():
-    robot = cable_robot("cable-8")
+    robot = rs.load("cable-8")
     closed = rs.cable_tensions(robot, tensions=rs.ClosedFormTensions(0.5))
     nearest = rs.cable_tensions(robot, tensions=rs.NearestTensions(0.5))
     np.testing.assert_allclose(closed.tensions, nearest.tensions, rtol=1e-9)
 
 
 def test_closed_form_answers_within_limits_or_says_so():
-    robot = cable_robot("cable-8")
+    robot = rs.load("cable-8")
     rng = np.random.default_rng(1)
     poses = [0, 0, 1, 0, 0, 0] + rng.uniform(-1, 1, (400, 6)) * [1.8, 1.3, 0.9, 0.1, 0.1, 0.1]
     closed = rs.cable_tensions(robot, poses, tensions=rs.ClosedFormTensions())
@@ -229,13 +228,13 @@ def test_closed_form_answers_within_limits_or_says_so():
 
 @pytest.mark.parametrize("level", [0.0, 0.3, 1.0])
 def test_tensions_balance_weight_and_wrench(level):
-    robot, wrench = cable_robot("cable-8"), [30.0, -20, 50, 1, 0.5, -0.3]
+    robot, wrench = rs.load("cable-8"), [30.0, -20, 50, 1, 0.5, -0.3]
     result = rs.cable_stiffness(robot, wrench=wrench, tensions=rs.NearestTensions(level))
     np.testing.assert_allclose(result.missing_wrench, 0, atol=1e-9)
 
 
 def test_given_tensions_that_do_not_balance_are_said_to():
-    robot = cable_robot("cable-4-planar")
+    robot = rs.load("cable-4-planar")
     result = rs.cable_stiffness(robot, tensions=rs.GivenTensions([100, 100, 100, 100.0]))
     assert result.status == STATUS.UNBALANCED
     np.testing.assert_allclose(result.missing_wrench, [0, 20, 0], atol=1e-9)
@@ -254,7 +253,7 @@ def test_tensions_of_the_file_are_used():
 
 
 def test_pose_without_tensions_is_a_status_and_its_numbers_an_exception():
-    robot = cable_robot("cable-8")
+    robot = rs.load("cable-8")
     poses = [[0, 0, 1, 0, 0, 0], [0, 0, 3.0, 0, 0, 0], [1.94, 1.44, 2, 0, 0, 0]]
     result = rs.stiffness(robot, poses)
     assert [str(rs.Status(int(c))) for c in result.status_codes] == [
@@ -291,7 +290,7 @@ def test_closed_form_takes_no_rounding_at_a_limit_for_a_violation(seed):
     ],
 )
 def test_forces_balance_under_the_load(name, load):
-    response = rs.cable_response(cable_robot(name), wrench=load)
+    response = rs.cable_response(rs.load(name), wrench=load)
     after = answered(response)
     pulled = structure_matrix(after.placed) @ response.tensions + weight_wrench(after.placed)
     np.testing.assert_allclose(pulled + np.array(load), 0, atol=1e-7)
@@ -313,7 +312,7 @@ def test_forces_balance_under_the_load(name, load):
     ],
 )
 def test_first_slack_is_where_a_cable_loses_its_tension(name, load):
-    robot, load = cable_robot(name), np.array(load, dtype=float)
+    robot, load = rs.load(name), np.array(load, dtype=float)
     event = slack_event(rs.cable_response(robot, wrench=load))
     below = rs.cable_response(robot, wrench=(event.factor - 1e-3) * load)
     above = rs.cable_response(robot, wrench=(event.factor + 1e-3) * load)
@@ -324,7 +323,7 @@ def test_first_slack_is_where_a_cable_loses_its_tension(name, load):
 
 
 def test_slack_cable_is_as_good_as_cut():
-    robot = cable_robot("cable-8")
+    robot = rs.load("cable-8")
     load = [0, 0, -300.0, 0, 0, 0]
     whole = rs.cable_response(robot, wrench=load)
     assert whole.slack == ("cable5", "cable6", "cable7", "cable8")
@@ -347,11 +346,35 @@ def test_free_and_unstable_platforms_do_not_answer():
 
 
 def test_infeasible_pose_has_no_response():
-    response = rs.cable_response(
-        cable_robot("cable-8"), [0, 0, 3, 0, 0, 0], wrench=[1, 0, 0, 0, 0, 0]
-    )
+    response = rs.cable_response(rs.load("cable-8"), [0, 0, 3, 0, 0, 0], wrench=[1, 0, 0, 0, 0, 0])
     assert response.status == STATUS.INFEASIBLE
     assert not response.has_answer
+
+    lack = rs.cable_tensions(cable_robot("cable-8"), [0, 0, 3, 0, 0, 0]).advice[0]
+    assert response.advice[0] == lack
+    assert "N or more beyond limits" in lack
+
+
+@pytest.mark.parametrize("name", ["cable-8", "cable-8-suspended", "cable-4-planar"])
+def test_infeasible_tensions_say_by_how_much_limits_are_missed(name):
+    """With limits moved by so much there are tensions, found by another method, and not before."""
+    robot = cable_robot(name)
+    force = 3 * float(np.max(robot.tension_limits[1]))
+    for wrench in force * np.eye(robot.space.size)[: robot.space.translations]:
+        answer = rs.cable_tensions(robot, wrench=wrench)
+        assert answer.status == STATUS.INFEASIBLE
+        missed = float(answer.advice[0].split(" are ")[1].split(" N ")[0])
+        W = structure_matrix(answer.placed)[None]
+        F = (wrench + weight_wrench(answer.placed))[None]
+        least, greatest = robot.tension_limits
+        for moved, status in ((0.998 * missed, STATUS.INFEASIBLE), (1.002 * missed, STATUS.OK)):
+            problem = TensionProblem(W, F, least - moved, greatest + moved, level=0.0)
+            assert rs.NearestTensions().choose(problem)[1] == [int(status)]
+
+
+def test_a_wrench_that_no_tensions_balance_is_named():
+    answer = rs.cable_tensions(cable_robot("cable-3-suspended"), wrench=[0, 0, 0, 0, 0, 9])
+    assert "that no tensions balance" in answer.advice[0]
 
 
 def test_imbalance_before_the_load_is_held_by_others():
@@ -364,7 +387,7 @@ def test_imbalance_before_the_load_is_held_by_others():
 
 
 def test_tensions_beyond_their_limits_are_named():
-    response = rs.cable_response(cable_robot("cable-8"), wrench=[20, 10, -50, 0, 0, 0])
+    response = rs.cable_response(rs.load("cable-8"), wrench=[20, 10, -50, 0, 0, 0])
     low = [i for i, t in enumerate(response.tensions) if t < 50]
     assert STATUS.BEYOND_LIMITS in response.status
     assert len(low) == 4

@@ -11,8 +11,6 @@ from numpy.polynomial import Polynomial
 
 import robostiff as rs
 from robostiff.model import Joint, JointKind, ParallelBlock, StiffnessLaw
-from robostiff.network import Network
-from robostiff.spatial import Frame
 from tests.campaign.bodies import Bodies, DeadPull, ElasticPart, PointSpring, SingleJoint, Sum
 from tests.campaign.reread import placed, turned
 from tests.generators.chains import beam_compliance_of, rigidities
@@ -256,7 +254,7 @@ class Assembly:
                 self.bodies.masses.append((body, 0.5 * value, start + share * (end - start), rod))
 
 
-def frame_of(frame: Frame) -> np.ndarray:
+def frame_of(frame: rs.Frame) -> np.ndarray:
     """A frame as a 4 x 4 matrix."""
     return placed(np.asarray(frame.R, float), np.asarray(frame.p, float))
 
@@ -376,7 +374,7 @@ def of_robot(
     return found
 
 
-def of_network(network: Network, sections: Mapping[str, Any] | None = None) -> Assembly:
+def of_network(network: rs.Network, sections: Mapping[str, Any] | None = None) -> Assembly:
     """A network: its nodes are the bodies; `sections` are rigidities of its beams by name."""
     point = np.asarray(network.reference_point, float)
     length = float(network.characteristic_length) or 1.0

@@ -16,8 +16,6 @@ import numpy as np
 import sympy as sp
 
 import robostiff as rs
-from robostiff.kinematics import JointCoordinates, find_posture
-from robostiff.model import Link, Rigid, Robot
 from robostiff.spatial import Space
 from tests.campaign import loaded_cables, loaded_networks
 from tests.campaign.answers import Complaint, Judge
@@ -51,7 +49,7 @@ _q = sp.Symbol("q")
 class Case:
     """A robot at a posture, and what acts on it; bodies of the same, and the same loads."""
 
-    robot: Robot
+    robot: rs.Robot
     pose: Any
     coordinates: list[np.ndarray]
     six: np.ndarray
@@ -243,7 +241,7 @@ def _kernels(case: Case, own: Assembly, truth: Minimum) -> None:
     if not robot.is_posed_by_joints:
         forms["poses"] = case.six[None][:, robot.coordinate_places]
     if robot.is_serial:
-        forms["joints"] = JointCoordinates(case.coordinates[0][None])
+        forms["joints"] = rs.JointCoordinates(case.coordinates[0][None])
     drives = {
         f"{leg.name}/{name}": float(x)
         for leg, q in zip(robot.legs, case.coordinates, strict=True)
@@ -275,9 +273,9 @@ def _drawn(rng: np.random.Generator) -> Case | None:
     if posed is None:
         return None
     row = posed.rows[rng.integers(len(posed.rows))]
-    robot, pose = posed.robot, JointCoordinates(row) if posed.by_joints else row
+    robot, pose = posed.robot, rs.JointCoordinates(row) if posed.by_joints else row
     robot = _with_masses(rng, robot)
-    posture = find_posture(robot, pose)
+    posture = rs.find_posture(robot, pose)
     if not posture.reached[0]:
         return None
     snapshot = posture.snapshot.one(0)
@@ -303,7 +301,7 @@ def _drawn(rng: np.random.Generator) -> Case | None:
     return case
 
 
-def _with_masses(rng: np.random.Generator, robot: Robot) -> Robot:
+def _with_masses(rng: np.random.Generator, robot: rs.Robot) -> rs.Robot:
     """With masses on rigid parts, along elastic ones and on the platform."""
     plane = robot.space is Space.PLANAR
 
@@ -316,9 +314,9 @@ def _with_masses(rng: np.random.Generator, robot: Robot) -> Robot:
     spread = rng.uniform() < 0.5
 
     def element(e: Any) -> Any:
-        if isinstance(e, Rigid) and rng.uniform() < 0.3:
+        if isinstance(e, rs.Rigid) and rng.uniform() < 0.3:
             return replace(e, masses=(mass(),))
-        if isinstance(e, Link):
+        if isinstance(e, rs.Link):
             own = (rs.Mass(float(rng.uniform(0, 1))),) if spread and np.any(e.to) else ()
             return replace(e, masses=own)
         return e

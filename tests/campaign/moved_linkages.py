@@ -16,12 +16,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.analysis import CompiledAnswer
-from robostiff.elasticity import circle, material
-from robostiff.elastostatics import Status
 from robostiff.linkage import Configuration, Connection, Linkage, essential
 from robostiff.model import Joint, JointKind, PlacedFreedom, PlacedSpring, cylindrical, planar
-from robostiff.spatial import Frame
 from tests.campaign.answers import Complaint, Judge
 from tests.campaign.reference import Carriers, Reference, Whole
 
@@ -93,7 +89,7 @@ def open_by(linkage: Linkage, found: Configuration) -> float:
             R, p, _ = motion(c.element, found.coordinates[c.name].tolist())
         elif isinstance(c.element, rs.Link):
             p = np.asarray(c.element.to)
-        there = found.frames[c.a] @ c.before @ Frame(R, p) @ c.after
+        there = found.frames[c.a] @ c.before @ rs.Frame(R, p) @ c.after
         b = found.frames[c.b]
         widest = max(widest, np.abs(there.R - b.R).max(), np.abs(there.p - b.p).max())
     return float(widest)
@@ -102,7 +98,7 @@ def open_by(linkage: Linkage, found: Configuration) -> float:
 def random_linkage(rng: np.random.Generator) -> Linkage:
     """One to three circuits of bodies, in space, in a plane, or about a point."""
     style = str(rng.choice(["space", "plane", "point", "even"], p=[0.4, 0.35, 0.1, 0.15]))
-    frames = {_BASE: Frame.identity()}
+    frames = {_BASE: rs.Frame.identity()}
     connections: list[Connection] = []
     for circuit in range(int(rng.integers(1, 4))):
         bodies = list(frames)
@@ -125,12 +121,12 @@ def random_linkage(rng: np.random.Generator) -> Linkage:
     return Linkage("random", tuple(connections[i] for i in order), _BASE, tool, tip)
 
 
-def _frame(rng: np.random.Generator, style: str) -> Frame:
+def _frame(rng: np.random.Generator, style: str) -> rs.Frame:
     place = rng.normal(size=3) * (np.array([1, 1, 0]) if style in ("plane", "even") else 1.0)
     if style == "even":
-        return Frame(np.eye(3), np.round(2 * place) / 2)
+        return rs.Frame(np.eye(3), np.round(2 * place) / 2)
     turn = np.array([0, 0, rng.uniform(-3, 3)]) if style == "plane" else rng.normal(size=3)
-    return Frame(Rotation.from_rotvec(turn).as_matrix(), place)
+    return rs.Frame(Rotation.from_rotvec(turn).as_matrix(), place)
 
 
 def _circuit(rng: np.random.Generator, style: str, *, first: bool) -> list[Joint | rs.Link]:
@@ -147,7 +143,7 @@ def _circuit(rng: np.random.Generator, style: str, *, first: bool) -> list[Joint
     for _ in range(int(rng.integers(0, 4))):
         place = int(rng.integers(len(elements) + 1))
         to = rng.normal(size=3) * (np.array([1, 1, 0]) if style in ("plane", "even") else 1.0)
-        elements.insert(place, rs.beam_link(to, material("steel"), circle(0.03)))
+        elements.insert(place, rs.beam_link(to, rs.material("steel"), rs.circle(0.03)))
     if rng.random() < 0.2:
         elements.insert(0, rs.revolute([0, 0, 1], rs.Locked(1e5)))
     return elements
@@ -190,21 +186,21 @@ def _fitting(
     name: str,
     a: str,
     b: str,
-    frames: dict[str, Frame],
+    frames: dict[str, rs.Frame],
     element: Joint | rs.Link,
 ) -> Connection:
     """A connection that closes at home."""
     before = _frame(rng, style)
     if style == "point" and isinstance(element, Joint):  # its axis meets the origin of the base
         seen = frames[a].inverse
-        before = Frame(before.R, seen.p)
+        before = rs.Frame(before.R, seen.p)
     start = frames[a] @ before
     R, p = np.eye(3), np.zeros(3)
     if isinstance(element, Joint):
         R, p, _ = motion(element, list(element.home))
     else:
         p = np.asarray(element.to)
-    return Connection(name, a, b, before, element, (start @ Frame(R, p)).inverse @ frames[b])
+    return Connection(name, a, b, before, element, (start @ rs.Frame(R, p)).inverse @ frames[b])
 
 
 def moved_linkage(rng: np.random.Generator) -> list[Complaint]:
@@ -233,13 +229,13 @@ def moved_linkage(rng: np.random.Generator) -> list[Complaint]:
     answer = _by_record(linkage, values) if actuated and rng.random() < _RECORDED else None
     if answer is not None:
         for i in np.flatnonzero(~answer.guarded).tolist():
-            status, rank = Status(int(answer.status_codes[i])), int(answer.rank[i])
+            status, rank = rs.Status(int(answer.status_codes[i])), int(answer.rank[i])
             K = answer.values["K"][i]
             _judge(judge, f"record {i}", part, configurations[i], status, rank, K)
     return judge.complaints
 
 
-def _by_record(linkage: Linkage, values: dict[str, np.ndarray]) -> CompiledAnswer | None:
+def _by_record(linkage: Linkage, values: dict[str, np.ndarray]) -> rs.CompiledAnswer | None:
     try:
         fast = rs.compile(linkage, joints=[*values], backend=rs.Backend.ARRAYS)
     except (rs.InputError, rs.NoAnswerError):  # rigid, undetermined, singular: with the reason
@@ -252,13 +248,13 @@ def _judge(
     way: str,
     part: Linkage,
     found: Configuration,
-    status: Status,
+    status: rs.Status,
     rank: int,
     K: np.ndarray,
 ) -> None:
     """Complain where an answer at a configuration is not what forces and exponentials say."""
-    if status & (Status.ILL_CONDITIONED | Status.UNREACHABLE):
-        if Status.UNREACHABLE in status and found.is_closed:
+    if status & (rs.Status.ILL_CONDITIONED | rs.Status.UNREACHABLE):
+        if rs.Status.UNREACHABLE in status and found.is_closed:
             judge.say(way, "unreachable, and closed", str(status))
         return
     if (gap := open_by(part, found)) > _CLOSED:
@@ -269,7 +265,7 @@ def _judge(
         return
     if truth.rank != rank:
         judge.say(way, "another rank", f"{rank} for {truth.rank}")
-    elif (truth.K is None) != bool(status & Status.RIGID_DIRECTION):
+    elif (truth.K is None) != bool(status & rs.Status.RIGID_DIRECTION):
         judge.say(way, "another answer about rigid directions", str(status))
     elif truth.K is not None and np.any(truth.K):
         size = np.sqrt(np.abs(np.diag(truth.K)))

@@ -19,15 +19,8 @@ import numpy as np
 from flint import arb, arb_mat, ctx
 from scipy.linalg import null_space
 
-from robostiff.model import (
-    CoupledFreedom,
-    Passive,
-    PlacedBlock,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+import robostiff as rs
+from robostiff.model import CoupledFreedom, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.spatial import Screw
 from tests.campaign.balls import certain, cross, cut, floats, of_rank, put, stacked
 
@@ -108,7 +101,7 @@ class Carriers:
 Sums = Sequence[tuple[Mapping[str, float], float | None]]
 
 
-def reference(snapshot: Snapshot, sums: Sums = ()) -> Reference | None:
+def reference(snapshot: rs.Snapshot, sums: Sums = ()) -> Reference | None:
     """Stiffness, compliance and rank of a snapshot at one pose.
 
     Sums of joints, which have factors by their names, are held, or have a stiffness. None where a
@@ -119,7 +112,7 @@ def reference(snapshot: Snapshot, sums: Sums = ()) -> Reference | None:
     return whole.answer(lambda: _carriers(whole, snapshot, sums))
 
 
-def redundant_joints(snapshot: Snapshot) -> list[tuple[int, int]]:
+def redundant_joints(snapshot: rs.Snapshot) -> list[tuple[int, int]]:
     """Places (leg, element) of passive joints without which their leg moves as it does with them.
 
     Joints of branches are left alone.
@@ -129,7 +122,7 @@ def redundant_joints(snapshot: Snapshot) -> list[tuple[int, int]]:
         passive = [
             place
             for place, part in enumerate(leg.elements)
-            if isinstance(part, PlacedFreedom) and isinstance(part.role, Passive)
+            if isinstance(part, PlacedFreedom) and isinstance(part.role, rs.Passive)
         ]
         chain = Chain()
         for place in passive:
@@ -146,7 +139,7 @@ def redundant_joints(snapshot: Snapshot) -> list[tuple[int, int]]:
     return found
 
 
-def _carriers(whole: Whole, snapshot: Snapshot, sums: Sums) -> list[Carriers]:
+def _carriers(whole: Whole, snapshot: rs.Snapshot, sums: Sums) -> list[Carriers]:
     """Those of each leg; with sums of joints and on a flexible platform, all together."""
 
     def grow(own: Carriers, leg: PlacedLeg) -> int:
@@ -308,7 +301,7 @@ class Whole:
                 x + arb(float(share)) * y for x, y in zip(twist, self._twist(screw), strict=True)
             ]
         column = arb_mat(self.n, 1, [twist[row] for row in self.rows])
-        if isinstance(joint.role, Passive):
+        if isinstance(joint.role, rs.Passive):
             if any(x != 0 for x in np.ravel(floats(column))):
                 chain.twists.append((column, dict(sums)))
         elif joint.role.stiffness is not None:
@@ -473,7 +466,7 @@ def _rank(twists: list[arb_mat], s: np.ndarray) -> int:
     return int(np.count_nonzero(values > CUT))
 
 
-def _extent(snapshot: Snapshot) -> float:
+def _extent(snapshot: rs.Snapshot) -> float:
     """A length of the robot: largest distance of its springs, turns and ends from their mean."""
     points = _points(snapshot)
     away = np.linalg.norm(points - np.mean(points, axis=0), axis=-1)
@@ -492,7 +485,7 @@ def _extent(snapshot: Snapshot) -> float:
     return own or 1.0
 
 
-def _points(snapshot: Snapshot) -> list[np.ndarray]:
+def _points(snapshot: rs.Snapshot) -> list[np.ndarray]:
     points = [np.ravel(leg.end) for leg in snapshot.legs]
     for leg in snapshot.legs:
         for part in leg.parts:

@@ -428,35 +428,22 @@ class File:
                 share = 1.0 if len(rods) == 1 else 0.0
                 assert len(rods) < 2 or fixed or all("share" in rod for rod in rods)
                 parts.append(motion(own["direction"], None))
-                parts.append(
-                    Stretching(
-                        along,
-                        beam_axes(along, y),
-                        [
-                            (
-                                number(rod.get("fixed", 0), scope),
-                                number(rod.get("share", share), scope),
-                                lambda L, rod=rod: self.beam(L, rod, scope),
-                            )
-                            for rod in rods
-                        ],
+                cut = [
+                    (
+                        number(rod.get("fixed", 0), scope),
+                        number(rod.get("share", share), scope),
+                        lambda L, rod=rod: self.beam(L, rod, scope),
                     )
-                )
+                    for rod in rods
+                ]
+                parts.append(Stretching(along, beam_axes(along, y), cut))
                 if not own.get("home") and rods:
                     parts[-2].home = math.nan
             elif kind == "parallelogram":
                 bar = vector(own["across"], scope) / 2
                 inner = self.chain(own["chain"], scope)
-                parts.append(
-                    Block(
-                        [
-                            Branch(
-                                placed(np.eye(3), s * bar), inner, placed(np.eye(3), s * bar), []
-                            )
-                            for s in (-1, 1)
-                        ]
-                    )
-                )
+                ends = (placed(np.eye(3), s * bar) for s in (-1, 1))
+                parts.append(Block([Branch(end, inner, end, []) for end in ends]))
             elif kind == "parallel":
                 copies = self.copies(own["branches"], scope)
                 parts.append(Block([self.branch(b, "start", "end", s) for b, s in copies]))

@@ -9,10 +9,7 @@ from typing import Any
 import numpy as np
 
 import robostiff as rs
-from robostiff.elasticity import Elasticity
 from robostiff.model import Chain, Element, Leg, Link, PlacedFreedom, PlacedSpring, Rigid, Snapshot
-from robostiff.robots import load
-from robostiff.spatial import Frame
 from tests.campaign.answers import Answer
 from tests.campaign.placed import with_parts
 from tests.campaign.posed import Posed, nominal
@@ -66,7 +63,7 @@ def rounded_snapshot(snapshot: Snapshot, rng: np.random.Generator) -> Snapshot:
             return replace(part, point=anew(part.point, rng), axis=anew(part.axis, rng))
         own = part.elasticity
         # An entry alone would make a singular compliance indefinite.
-        elasticity = Elasticity(own.compliance * anew(1.0, rng), own.freedoms)
+        elasticity = rs.Elasticity(own.compliance * anew(1.0, rng), own.freedoms)
         rotation = anew(part.rotation, rng)
         return replace(part, point=anew(part.point, rng), rotation=rotation, elasticity=elasticity)
 
@@ -90,10 +87,10 @@ def rounded_posed(posed: Posed, rng: np.random.Generator) -> Posed:
     if posed.shipped:
         own = nominal(posed.shipped, posed.parameters)
         values = {name: float(anew(value, rng)) for name, value in own.items()}
-        return replace(posed, robot=load(posed.shipped, values), rows=rows)
+        return replace(posed, robot=rs.load(posed.shipped, values), rows=rows)
 
-    def frame(own: Frame) -> Frame:
-        return Frame(own.R, anew(own.p, rng))
+    def frame(own: rs.Frame) -> rs.Frame:
+        return rs.Frame(own.R, anew(own.p, rng))
 
     def element(own: Element) -> Element:
         if isinstance(own, Link):

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 import robostiff as rs
-from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Form, Status, Tolerance
 from robostiff.errors import InputError, NoAnswerError, TooFewDigitsError
 from robostiff.io.document import parse_document
@@ -21,14 +20,7 @@ from robostiff.io.snapshot import (
     snapshot_from_document,
     snapshot_to_data,
 )
-from robostiff.model import (
-    CoupledFreedom,
-    PlacedBlock,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-)
+from robostiff.model import CoupledFreedom, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.network import energy_stiffness, network_of_snapshot
 from robostiff.spatial import Screw, Space
 from tests.campaign.answers import Answer, Judge
@@ -54,7 +46,7 @@ def answer_of(way: str, ask: Callable[[], Any]) -> Answer:
 
 #: What the default way says, which others begin with.
 Known = rs.Stiffness
-Ask = Callable[[Snapshot, np.random.Generator, Known], Any]
+Ask = Callable[[rs.Snapshot, np.random.Generator, Known], Any]
 
 
 @dataclass(frozen=True)
@@ -70,11 +62,11 @@ def _form(form: Form) -> Ask:
     return lambda snapshot, rng, known: rs.stiffness(snapshot, method=form)
 
 
-def _network(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _network(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     return rs.stiffness(network_of_snapshot(snapshot))
 
 
-def _energy(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _energy(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     # It has no status of its own: a robot in doubt is in doubt by energy too, also whether it is
     # rigid in some direction.
     status = known.status
@@ -90,7 +82,7 @@ def _energy(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
     return nothing_to_compare if status & Status.ILL_CONDITIONED else Answer("energy", K)
 
 
-def written(snapshot: Snapshot) -> str:
+def written(snapshot: rs.Snapshot) -> str:
     """The snapshot as a file; a flexible platform as a graph.
 
     Raises
@@ -110,7 +102,7 @@ def read(text: str) -> Any:
     return network_from_document(document) if is_graph else snapshot_from_document(document)
 
 
-def _file(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _file(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     try:
         text = written(snapshot)
     except InputError as error:
@@ -120,7 +112,7 @@ def _file(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
     return rs.stiffness(read(text))
 
 
-def _verify(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _verify(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     found = rs.verify(snapshot)
     worst = [f"{c.method} {c.reason}" for c in found.comparisons if c.outcome.value == "differs"]
     if worst:
@@ -128,7 +120,7 @@ def _verify(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
     return Answer("verify", None, Status.FORM_DOES_NOT_HOLD)
 
 
-def _compliance(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _compliance(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     try:
         return Answer("compliance", None, known.status, int(known.rank), rs.compliance(snapshot))
     except NoAnswerError as error:
@@ -137,7 +129,7 @@ def _compliance(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> A
         return Answer("compliance", error=f"NoAnswerError: {error}")
 
 
-def _deflection(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _deflection(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     n = snapshot.space.size
     if int(known.rank) < n:
         return Answer("deflection", None, Status.FORM_DOES_NOT_HOLD)
@@ -151,7 +143,7 @@ def _deflection(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> A
     return Answer("deflection", None, status, int(known.rank), np.array(columns).T)
 
 
-def _indices(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _indices(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     """Nothing is compared: it must answer, or say why not."""
     try:
         found = rs.indices(known)
@@ -163,7 +155,7 @@ def _indices(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
     return Answer("indices", None, Status.FORM_DOES_NOT_HOLD)
 
 
-def _turned(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _turned(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     R, shift = random_frame(rng, snapshot.space)
     moved = in_frame(snapshot, R, shift, 1.0)
     result = rs.stiffness(moved)
@@ -175,7 +167,7 @@ def _turned(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
     return _far(snapshot, moved, T, Answer("frame", K, result.status, int(result.rank)))
 
 
-def _millimetres(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _millimetres(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     coupled = any(isinstance(e, CoupledFreedom) for leg in snapshot.legs for e in leg.parts)
     if snapshot.platform is not None or coupled:  # nodes and ratios are in metres
         return Answer("millimetres", None, Status.FORM_DOES_NOT_HOLD)
@@ -188,7 +180,7 @@ def _millimetres(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> 
     return _far(snapshot, moved, np.diag(d) / np.sqrt(1e3), answer)
 
 
-def _far(snapshot: Snapshot, moved: Snapshot, T: np.ndarray, answer: Answer) -> Answer:
+def _far(snapshot: rs.Snapshot, moved: rs.Snapshot, T: np.ndarray, answer: Answer) -> Answer:
     """Far from the origin another robot is true, with coordinates that were rounded anew."""
     furthest = max(float(np.abs(leg.end).max()) for leg in (*snapshot.legs, *moved.legs))
     if snapshot.platform is not None or furthest < _FAR * _extent(snapshot):
@@ -203,7 +195,7 @@ def _far(snapshot: Snapshot, moved: Snapshot, T: np.ndarray, answer: Answer) -> 
     return replace(answer, truth=back(truth), neighbours=lambda: [*map(back, neighbours(moved))])
 
 
-def _point(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _point(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     """Computed about another point, and asked for about the robot's own."""
     v = rng.uniform(-1, 1, 3)
     if snapshot.space is Space.PLANAR:
@@ -214,13 +206,13 @@ def _point(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
     return Answer("point", K, result.status, int(result.rank))
 
 
-def _batch(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _batch(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     R, shift = random_frame(rng, snapshot.space)
     group = [in_frame(snapshot, R, shift, 1.0), snapshot, snapshot]
     return rs.stiffness(stacked(group))[1]
 
 
-def _alike(snapshot: Snapshot) -> Snapshot:
+def _alike(snapshot: rs.Snapshot) -> rs.Snapshot:
     """A robot whose joints that turn are all the same."""
 
     def one(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
@@ -231,18 +223,18 @@ def _alike(snapshot: Snapshot) -> Snapshot:
     return with_parts(snapshot, one)
 
 
-def _bad_company(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _bad_company(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     """Beside it one whose joints are all alike, and one without compliance."""
 
     def rigid(part: PlacedFreedom | PlacedSpring) -> PlacedFreedom | PlacedSpring:
         if isinstance(part, PlacedFreedom):
             return part
-        return replace(part, elasticity=Elasticity(np.zeros((6, 6)), part.elasticity.freedoms))
+        return replace(part, elasticity=rs.Elasticity(np.zeros((6, 6)), part.elasticity.freedoms))
 
     return rs.stiffness(stacked([_alike(snapshot), snapshot, with_parts(snapshot, rigid)]))[1]
 
 
-def _tilted(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _tilted(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     """A passive joint twice, the second tilted by forty times the tolerance: not redundant."""
     nothing = Answer("tilted", None, Status.FORM_DOES_NOT_HOLD)
     places = [
@@ -270,7 +262,7 @@ def _tilted(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
     return Answer("tilted", None, found.status, int(found.rank), truth=truth)
 
 
-def _bad_compliance(snapshot: Snapshot, rng: np.random.Generator, known: Known) -> Any:
+def _bad_compliance(snapshot: rs.Snapshot, rng: np.random.Generator, known: Known) -> Any:
     """Compliance of a batch whose other pose is singular: refused with words, or answered."""
     if int(known.rank) == snapshot.space.size:
         with suppress(NoAnswerError):
@@ -301,7 +293,7 @@ WAYS = (
 
 
 def judged(
-    snapshot: Snapshot, seed: list[int], only: frozenset[str] | None = None
+    snapshot: rs.Snapshot, seed: list[int], only: frozenset[str] | None = None
 ) -> tuple[Judge, list[str]]:
     """A robot at a pose by the reference, the default way and a share of the others.
 
@@ -350,7 +342,7 @@ def random_frame(rng: np.random.Generator, space: Space) -> tuple[np.ndarray, np
     return R, np.append(rng.uniform(-1, 1, 2), 0.0)
 
 
-def in_frame(snapshot: Snapshot, R: np.ndarray, shift: np.ndarray, unit: float) -> Snapshot:
+def in_frame(snapshot: rs.Snapshot, R: np.ndarray, shift: np.ndarray, unit: float) -> rs.Snapshot:
     """The same robot elsewhere, lengths in other units (`unit` of them in a metre)."""
 
     def place(p: np.ndarray) -> np.ndarray:
@@ -362,7 +354,7 @@ def in_frame(snapshot: Snapshot, R: np.ndarray, shift: np.ndarray, unit: float) 
         if isinstance(part, PlacedSpring):
             own = part.elasticity
             C = own.compliance * np.outer(d, d) / unit
-            elasticity = Elasticity(C, own.freedoms * d[:, None])
+            elasticity = rs.Elasticity(C, own.freedoms * d[:, None])
             return replace(
                 part, point=place(part.point), rotation=R @ part.rotation, elasticity=elasticity
             )
@@ -390,7 +382,7 @@ def _side_by_side(*moves: Any) -> Any:
     return name, share, Screw(np.stack(axes), np.stack(points), first.pitch)
 
 
-def stacked(group: list[Snapshot]) -> Snapshot:
+def stacked(group: list[rs.Snapshot]) -> rs.Snapshot:
     """Snapshots of one robot at several poses as a batch."""
 
     def legs_of(legs: list[PlacedLeg]) -> PlacedLeg:
@@ -413,7 +405,7 @@ def stacked(group: list[Snapshot]) -> Snapshot:
             else:
                 C = np.stack([p.elasticity.compliance for p in parts])  # type: ignore[union-attr]
                 turn = np.stack([p.rotation for p in parts])  # type: ignore[union-attr]
-                elasticity = Elasticity(C, first.elasticity.freedoms)
+                elasticity = rs.Elasticity(C, first.elasticity.freedoms)
                 elements.append(replace(first, point=point, rotation=turn, elasticity=elasticity))
         end = np.stack([leg.end for leg in legs])
         return replace(legs[0], elements=tuple(elements), end=end)

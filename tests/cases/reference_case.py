@@ -10,13 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.elastostatics import (
-    CartesianStiffness,
-    Form,
-    aggregate,
-    chain_stiffness,
-    matrix_length,
-)
+import robostiff as rs
+from robostiff.elastostatics import CartesianStiffness, Form, aggregate, matrix_length
 from robostiff.io.snapshot import read_snapshot
 from robostiff.kinematics import leg_compliance, passive_jacobian
 from robostiff.model import PlacedLeg, Snapshot
@@ -63,7 +58,7 @@ def leg_stiffness(
     C, J_q = leg_compliance(leg, at)[np.ix_(rows, rows)], J_q[rows]
     length = float(snapshot.characteristic_length)
     in_one_point = length < 1e-6 * matrix_length(C, J_q)  # then it follows from the springs
-    return chain_stiffness(C, J_q, form=form, length=None if in_one_point else length)
+    return rs.chain_stiffness(C, J_q, form=form, length=None if in_one_point else length)
 
 
 def robot_stiffness(snapshot: Snapshot, form: Form) -> CartesianStiffness:

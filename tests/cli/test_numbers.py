@@ -132,6 +132,16 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "equilibrium hexapod --wrench '0 0 -50 kN 0 0 0' --at '0 0 1' --gravity=-z --critical "
     "--weight 'leg1/strut=12 kg' --weight 'platform=80 kg' --load 'leg2/strut=0 10 N 0' "
     "--preload 'leg3/strut=2 kN'": of_hexapod_under_load,
+    "equilibrium hexapod --preload 'leg[12]/strut=2 kN' "
+    "--preload 'leg3/base joint*=1 N m'": lambda: {
+        "displacement": rs.equilibrium(
+            load("hexapod"),
+            preload={
+                **{"leg1/strut": 2e3, "leg2/strut": 2e3},
+                **{"leg3/base joint[0]": 1.0, "leg3/base joint[1]": 1.0},
+            },
+        ).displacement
+    },
     "equilibrium double-pantograph --wrench '100 50 -30 1 1 1' --preload 'screw=10 N'": lambda: {
         "displacement": rs.equilibrium(
             load(PANTOGRAPH), None, [100, 50, -30, 1, 1, 1], preload={"screw": 10.0}

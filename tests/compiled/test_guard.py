@@ -11,11 +11,8 @@ import robostiff as rs
 from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import Backend, machine_code_is_available
-from robostiff.elastostatics import Status
-from robostiff.kinematics import find_posture
 from robostiff.model import ALL_COORDINATES, Coordinate, parallelogram
-from robostiff.robots import load
-from robostiff.spatial import Frame
+from tests.analysis.kernels.cases import every_output
 from tests.compiled.agreement import agreement
 from tests.generators.kernel_robots import ALL_ROBOTS, flat_struts, robot_called, thin_legs
 from tests.generators.machines import five_bar, tripod
@@ -63,19 +60,18 @@ def test_one_row_of_all_wrenches_vanishes(backend: Backend):
     rows = space.home + 10.0 ** rng.uniform(-8, -3, (4000, 1)) * rng.uniform(-1, 1, (4000, 3))
     found = agreement(compiled_with(robot, backend), space, rows)
     codes = direct_stiffness(robot, rows).status_codes
-    assert np.count_nonzero(codes & int(Status.ILL_CONDITIONED)) > 100
+    assert np.count_nonzero(codes & int(rs.Status.ILL_CONDITIONED)) > 100
     assert found.status.size == found.rank.size == 0
     assert found.K.max() <= 1e-9
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_poses_out_of_reach_are_reported_at_once(backend: Backend):
-    robot = load("3-rrr")
-    assert isinstance(robot, rs.Robot)
+    robot = rs.load("3-rrr")
     space, rng = PoseSpace(robot), np.random.default_rng(1)
     rows = space.drawn(rng, 3000, 3.0)
     answer = compiled_with(robot, backend).evaluate(rows)
-    lost = answer.status_codes == int(Status.UNREACHABLE)
+    lost = answer.status_codes == int(rs.Status.UNREACHABLE)
     assert 500 < np.count_nonzero(lost) < 2900
     assert np.count_nonzero(answer.guarded & lost) < 30
     assert (answer.rank[lost] == -1).all()
@@ -87,8 +83,7 @@ def test_poses_out_of_reach_are_reported_at_once(backend: Backend):
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_poses_that_are_nearly_singular_are_computed_again(backend: Backend):
     """At home the legs of case A meet in one point: rank 3, though 5 elsewhere."""
-    robot = load("gough-stewart-a")
-    assert isinstance(robot, rs.Robot)
+    robot = rs.load("gough-stewart-a")
     compiled = compiled_with(robot, backend)
     home = PoseSpace(robot).home
     away = home + np.array([0.01, 0.02, 0, 0.05, 0.03, 0.1])
@@ -118,7 +113,7 @@ def test_actuators_at_their_limits(backend: Backend):
                 expected.append(q[i] < limits[0] or q[i] > limits[1])
     assert rows
     answer = compiled.evaluate(space.pose(np.array(rows)))
-    assert ((answer.status_codes & int(Status.BEYOND_LIMITS)) != 0).tolist() == expected
+    assert ((answer.status_codes & int(rs.Status.BEYOND_LIMITS)) != 0).tolist() == expected
 
 
 def test_a_robot_far_from_generic_is_computed_in_full():
@@ -136,8 +131,7 @@ def test_a_planar_robot_takes_the_coordinates_of_its_plane():
 
 
 def test_no_poses():
-    robot = load("gough-stewart-b")
-    assert isinstance(robot, rs.Robot)
+    robot = rs.load("gough-stewart-b")
     answer = compile_stiffness(robot).evaluate(np.empty((0, 6)))
     assert answer.values["K"].shape == (0, 6, 6)
     assert answer.guarded_share == 0.0
@@ -146,7 +140,7 @@ def test_no_poses():
 def test_coordinates_that_the_legs_decide_are_met_to_the_last_digits():
     """A platform that misses its legs by less than what counts as reached is moved on to them."""
     poses = np.array([[0.50129927, 0.00086437, 0.0006468]])
-    posture = find_posture(tripod(), poses)
+    posture = rs.find_posture(tripod(), poses)
     assert posture.shift_gaps.max() <= 1e-12
     assert np.abs(posture.pose[0, :2]).max() > 1e-10
 
@@ -181,14 +175,9 @@ def test_legs_closed_by_iteration_at_their_limit_of_reach(backend: Backend):
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_poses_computed_again_are_about_a_far_reference_point(backend: Backend):
     wrench = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
-    robot = load("gough-stewart-b")
-    assert isinstance(robot, rs.Robot)
+    robot = rs.load("gough-stewart-b")
     robot = replace(robot, reference_point=np.array([0.0, 0.0, 30.0]))
-    outputs = [
-        rs.StiffnessMatrix(), rs.ComplianceMatrix(), rs.DeflectionUnder(wrench),
-        rs.PrincipalStiffness(), rs.WorstDeflection(),
-    ]  # fmt: skip
-    compiled = replace(rs.compile(robot, outputs, backend=backend), verified=False)
+    compiled = replace(rs.compile(robot, every_output(wrench), backend=backend), verified=False)
     poses = np.array([[0.02, 0, 0.8, 0, 0.1, 0], [0, 0.03, 0.75, 0.05, 0, 0.1]])
     answer = compiled.evaluate(poses)
     assert answer.guarded.all()
@@ -214,7 +203,7 @@ def test_joint_coordinates_that_leave_a_loop_open(backend: Backend):
     bar = rs.beam_link([0.4, 0, 0], rs.material("steel"), rs.circle(0.02))
     drives = (rs.revolute([0, 0, 1], rs.Actuated(1e6)), rs.prismatic([0, 1, 0], rs.Actuated(1e6)))
     block = parallelogram(rs.Chain((pins[0], bar, pins[1])), [0, 0.2, 0])
-    here, home = (Frame(np.eye(3), np.array([x, 0, 0])) for x in (0.0, 0.4))
+    here, home = (rs.Frame(np.eye(3), np.array([x, 0, 0])) for x in (0.0, 0.4))
     leg = rs.Leg("arm", here, rs.Chain((drives[0], block, drives[1])), here)
     robot = rs.Robot("arm", (leg,), home=home, coordinates=(Coordinate.Y, Coordinate.RZ))
     joints = rs.JointCoordinates(
@@ -236,12 +225,12 @@ def test_joint_coordinates_that_leave_a_loop_open(backend: Backend):
 @pytest.mark.parametrize("make", [rs.compile, rs.compile_loaded])
 def test_parameters_of_no_robot_have_a_status_beside_those_of_robots(make):
     """Motors 2 m from the axis: rods of 0.25 m do not reach the platform at home."""
-    robot = load("3-rrr", symbols=("R", "l2"))
+    robot = rs.load("3-rrr", symbols=("R", "l2"))
     kernel = make(robot, parameters=("R", "l2"), backend=Backend.ARRAYS)
     load_ = () if make is rs.compile else (np.array([0, -10.0, 0]),)
     poses = np.tile([0.01, 0.0, 0.05], (3, 1))
     answer = kernel.evaluate(poses, *load_, parameters={"R": [0.38, 2.0, 0.4], "l2": 0.25})
-    assert [int(code) for code in answer.status_codes] == [0, int(Status.UNREACHABLE), 0]
+    assert [int(code) for code in answer.status_codes] == [0, int(rs.Status.UNREACHABLE), 0]
     own = kernel.evaluate(poses[:1], *load_, parameters={"R": 0.4, "l2": 0.25})
     found, alone = (
         (answer.values["K"], own.values["K"]) if make is rs.compile else (answer.K, own.K)

@@ -146,25 +146,6 @@ def test_a_spread_stiffness_spreads_the_deflection_by_its_reciprocal(platform):
         assert abs(value[0] - exact) < 1e-3 * exact + 5 * error[0]
 
 
-def test_an_optimum_needs_a_start_with_an_answer(platform):
-    far = np.array([[50.0, 0, 0, 0, 0, 0]])
-    robot = rs.load("3-rrr", symbols=("R",))
-    with pytest.raises(rs.NoAnswerError, match="pose 1 has no answer at the start"):
-        rs.optimise(robot, rs.WorstDeflection(), {"R": (0.1, 1)}, poses=far[:, :3])
-
-
-def test_a_range_without_the_nominal_value_and_without_an_answer_is_said(platform):
-    """Such as one in millimetres, at whose start the record is not to be trusted."""
-    ranges = {"R": (400.0, 800.0)}
-    expected = (
-        r"range of R: got \(400.0, 800.0\), .* nominal one \(length, 0.5 m in the model\): pose 1"
-    )
-    with pytest.raises(rs.InputError, match=expected):
-        rs.optimise(platform, rs.WorstDeflection(), ranges, poses=POSES)
-    with pytest.raises(rs.NoAnswerError, match="pose 1 has no answer at the start"):
-        rs.optimise(platform, rs.WorstDeflection(), ranges, poses=POSES, start={"R": 600.0})
-
-
 WIDE = [
     ("gough-stewart-b", "R", (-0.5, 900.0)),
     pytest.param("six-joint-arm", "height", (-0.45, 1.0), marks=pytest.mark.slow),

@@ -14,7 +14,6 @@ from robostiff.elasticity import (
     cantilever_stiffness,
     tapered_compliance,
 )
-from robostiff.errors import InputError
 from tests.generators.chains import beam_compliance_of, rigidities
 
 THEORIES = [rs.EulerBernoulli(), rs.Timoshenko()]
@@ -155,9 +154,3 @@ def test_telescopic_pieces_broadcast():
         [(extension, STEEL, rs.circle(0.03)), (0.5, STEEL, rs.circle(0.02))]
     )
     assert moving_base.shape == (3, 6, 6)
-
-
-def test_timoshenko_needs_the_factors_of_every_segment():
-    bare = rs.CrossSection(1e-3, 1e-7, 1e-7, 2e-7)
-    with pytest.raises(InputError, match="shear correction factors"):
-        tapered_compliance([(0.1, STEEL, ODD), (0.1, STEEL, bare)], rs.Timoshenko())

@@ -10,24 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robostiff.elasticity import (
-    MATERIALS,
-    Material,
-    box,
-    circle,
-    i_section,
-    material,
-    rectangle,
-    section_from_sectionproperties,
-    tube,
-)
-from robostiff.errors import InputError
+import robostiff as rs
+from robostiff.elasticity import MATERIALS, section_from_sectionproperties
 
 side = st.floats(1e-3, 1.0)
 
 
 def test_circle_of_unit_diameter():
-    section = circle(1.0)
+    section = rs.circle(1.0)
     assert section.A == pytest.approx(math.pi / 4, rel=1e-15)
     assert section.Iy == section.Iz == pytest.approx(math.pi / 64, rel=1e-15)
     assert section.J == pytest.approx(math.pi / 32, rel=1e-15)
@@ -36,7 +26,7 @@ def test_circle_of_unit_diameter():
 @given(outer=side, ratio=st.floats(0.01, 0.99))
 def test_tube_is_the_difference_of_two_circles(outer, ratio):
     inner = ratio * outer
-    section, full, hole = tube(outer, inner), circle(outer), circle(inner)
+    section, full, hole = rs.tube(outer, inner), rs.circle(outer), rs.circle(inner)
     for name in ("A", "Iy", "Iz", "J"):
         whole, cut = getattr(full, name), getattr(hole, name)
         assert getattr(section, name) == pytest.approx(whole - cut, rel=1e-14, abs=1e-14 * whole)
@@ -44,14 +34,14 @@ def test_tube_is_the_difference_of_two_circles(outer, ratio):
 
 def test_thin_tube_keeps_its_digits():
     # 2 pi r t and pi r^3 t, the limits of a thin wall: here 1 um on 1 m.
-    section = tube(1.0 + 1e-6, 1.0 - 1e-6)
+    section = rs.tube(1.0 + 1e-6, 1.0 - 1e-6)
     assert section.A == pytest.approx(math.pi * 1e-6, rel=1e-9)
     assert section.Iy == pytest.approx(math.pi / 8 * 1e-6, rel=1e-9)
 
 
 @given(b=side, h=side)
 def test_rectangle_axes(b, h):
-    section, turned = rectangle(b, h), rectangle(h, b)
+    section, turned = rs.rectangle(b, h), rs.rectangle(h, b)
     # Iz is the integral of y^2: the width along y counts three times.
     assert section.Iz == pytest.approx(h * b**3 / 12, rel=1e-14)
     assert section.Iy == pytest.approx(b * h**3 / 12, rel=1e-14)
@@ -71,11 +61,15 @@ def test_rectangle_torsion_constant_to_14_digits(ratio):
 
         series = mpmath.nsum(term, [0, mpmath.inf])
         exact = float(r / 3 * (1 - 192 / mpmath.pi**5 / r * series))
-    assert rectangle(float(ratio), 1.0).J == pytest.approx(exact, rel=1e-14)
+    assert rs.rectangle(float(ratio), 1.0).J == pytest.approx(exact, rel=1e-14)
 
 
 def test_a_box_is_the_difference_of_two_rectangles():
-    section, outer, inner = box(0.10, 0.06, 0.005), rectangle(0.10, 0.06), rectangle(0.09, 0.05)
+    section, outer, inner = (
+        rs.box(0.10, 0.06, 0.005),
+        rs.rectangle(0.10, 0.06),
+        rs.rectangle(0.09, 0.05),
+    )
     for name in ("A", "Iy", "Iz"):
         difference = getattr(outer, name) - getattr(inner, name)
         assert getattr(section, name) == pytest.approx(difference, rel=1e-13)
@@ -83,12 +77,12 @@ def test_a_box_is_the_difference_of_two_rectangles():
 
 
 def test_thin_square_box_has_the_torsion_constant_t_b3():
-    assert box(1.0, 1.0, 1e-6).J == pytest.approx(1e-6, rel=1e-5)
+    assert rs.box(1.0, 1.0, 1e-6).J == pytest.approx(1e-6, rel=1e-5)
 
 
 def test_i_section_moments_by_steiner():
     b, h, w, f = 0.1, 0.2, 0.0056, 0.0085
-    section = i_section(b, h, w, f)
+    section = rs.i_section(b, h, w, f)
     web = h - 2 * f
     assert section.A == pytest.approx(2 * b * f + web * w, rel=1e-14)
     steiner = 2 * (b * f**3 / 12 + b * f * ((h - f) / 2) ** 2) + w * web**3 / 12
@@ -99,16 +93,16 @@ def test_i_section_moments_by_steiner():
 
 def test_cowper_shear_factors_of_full_sections():
     # Cowper 1966, table 1, at nu = 0.3: circle 0.886, rectangle 0.850; thin tube 0.531.
-    assert circle(0.02).shear_factor_y == pytest.approx(0.886, abs=5e-4)
-    assert rectangle(0.02, 0.05).shear_factor_z == pytest.approx(0.850, abs=5e-4)
-    assert tube(1.0, 0.9999).shear_factor_y == pytest.approx(0.531, abs=5e-4)
+    assert rs.circle(0.02).shear_factor_y == pytest.approx(0.886, abs=5e-4)
+    assert rs.rectangle(0.02, 0.05).shear_factor_z == pytest.approx(0.850, abs=5e-4)
+    assert rs.tube(1.0, 0.9999).shear_factor_y == pytest.approx(0.531, abs=5e-4)
 
 
 def test_shear_factors_without_lateral_strain_are_those_of_elementary_theory():
     # nu = 0: 6/7 circle, 5/6 rectangle, 1/2 thin tube.
-    assert circle(1.0, poisson_ratio=0).shear_factor_z == pytest.approx(6 / 7, rel=1e-15)
-    assert rectangle(1, 2, poisson_ratio=0).shear_factor_y == pytest.approx(5 / 6, rel=1e-15)
-    assert tube(1, 1 - 1e-9, poisson_ratio=0).shear_factor_y == pytest.approx(0.5, rel=1e-8)
+    assert rs.circle(1.0, poisson_ratio=0).shear_factor_z == pytest.approx(6 / 7, rel=1e-15)
+    assert rs.rectangle(1, 2, poisson_ratio=0).shear_factor_y == pytest.approx(5 / 6, rel=1e-15)
+    assert rs.tube(1, 1 - 1e-9, poisson_ratio=0).shear_factor_y == pytest.approx(0.5, rel=1e-8)
 
 
 def _cowper(nu, strips):
@@ -141,7 +135,7 @@ S = np.polynomial.Polynomial([0.0, 1.0])
 def test_cowper_equation_on_a_narrow_rectangle(nu):
     # The narrow rectangle, where the formula is 10 (1 + nu) / (12 + 11 nu): the test is tested.
     half = (1.0, 0.5, 0 * S, S, (0.25 - S**2) / 2)
-    expected = rectangle(1.0, 1.0, poisson_ratio=nu).shear_factor_y
+    expected = rs.rectangle(1.0, 1.0, poisson_ratio=nu).shear_factor_y
     assert _cowper(nu, [half]) == pytest.approx(expected, rel=1e-13)
 
 
@@ -151,9 +145,9 @@ def test_box_factor_from_cowper_equation(b, h, nu):
     t = 1e-7
     web = (1.0, h / 2, 0 * S + b / 2, S, b * h / 4 + (h**2 / 4 - S**2) / 2)
     flange = (1.0, b / 2, b / 2 - S, 0 * S + h / 2, h / 2 * (b / 2 - S))
-    section = box(b + t, h + t, t, poisson_ratio=nu)
+    section = rs.box(b + t, h + t, t, poisson_ratio=nu)
     assert section.shear_factor_z == pytest.approx(_cowper(nu, [web, flange]), rel=1e-6)
-    turned = box(h + t, b + t, t, poisson_ratio=nu)
+    turned = rs.box(h + t, b + t, t, poisson_ratio=nu)
     assert turned.shear_factor_y == pytest.approx(section.shear_factor_z, rel=1e-14)
 
 
@@ -163,7 +157,7 @@ def test_i_factor_from_cowper_equation(b, h, w, f, nu):
     # Half of the web belongs to each side.
     web = (w / 2, h / 2, 0 * S, S, f * b * h / (2 * w) + (h**2 / 4 - S**2) / 2)
     flange = (f, b / 2, S, 0 * S + h / 2, h / 2 * (b / 2 - S))
-    section = i_section(b, h + f, w, f, poisson_ratio=nu)
+    section = rs.i_section(b, h + f, w, f, poisson_ratio=nu)
     assert section.shear_factor_z == pytest.approx(_cowper(nu, [web, flange]), rel=1e-5)
     if nu == 0:
         assert section.shear_factor_y == pytest.approx(5 / 6 * 2 * b * f / section.A, rel=1e-12)
@@ -173,11 +167,11 @@ def test_i_factor_from_cowper_equation(b, h, w, f, nu):
 def test_shear_factors_are_factors(b, h, nu):
     wall = min(b, h) / 10
     for section in (
-        circle(b, poisson_ratio=nu),
-        tube(b, 0.7 * b, poisson_ratio=nu),
-        rectangle(b, h, poisson_ratio=nu),
-        box(b, h, wall, poisson_ratio=nu),
-        i_section(b, h, wall, wall, poisson_ratio=nu),
+        rs.circle(b, poisson_ratio=nu),
+        rs.tube(b, 0.7 * b, poisson_ratio=nu),
+        rs.rectangle(b, h, poisson_ratio=nu),
+        rs.box(b, h, wall, poisson_ratio=nu),
+        rs.i_section(b, h, wall, wall, poisson_ratio=nu),
     ):
         assert 0 < section.shear_factor_y < 1  # type: ignore[operator]
         assert 0 < section.shear_factor_z < 1  # type: ignore[operator]
@@ -186,11 +180,11 @@ def test_shear_factors_are_factors(b, h, nu):
 @given(length_unit=st.sampled_from([1e3, 1e-3, 39.37]))
 def test_units_of_length_scale_out(length_unit):
     def sections(unit):
-        yield circle(0.02 * unit)
-        yield tube(0.03 * unit, 0.02 * unit)
-        yield rectangle(0.02 * unit, 0.05 * unit)
-        yield box(0.02 * unit, 0.05 * unit, 0.003 * unit)
-        yield i_section(0.02 * unit, 0.05 * unit, 0.003 * unit, 0.004 * unit)
+        yield rs.circle(0.02 * unit)
+        yield rs.tube(0.03 * unit, 0.02 * unit)
+        yield rs.rectangle(0.02 * unit, 0.05 * unit)
+        yield rs.box(0.02 * unit, 0.05 * unit, 0.003 * unit)
+        yield rs.i_section(0.02 * unit, 0.05 * unit, 0.003 * unit, 0.004 * unit)
 
     for ours, theirs in zip(sections(1.0), sections(length_unit), strict=True):
         assert theirs.A == pytest.approx(ours.A * length_unit**2, rel=1e-12)
@@ -202,7 +196,7 @@ def test_units_of_length_scale_out(length_unit):
 
 def test_a_missing_package_is_named_with_its_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "sectionproperties", None)
-    with pytest.raises(InputError) as error:
+    with pytest.raises(rs.InputError) as error:
         section_from_sectionproperties(None)  # type: ignore[arg-type]
     assert str(error.value) == (
         "sections of any shape need 'sectionproperties', which is not installed; "
@@ -211,7 +205,7 @@ def test_a_missing_package_is_named_with_its_extra(monkeypatch):
 
 
 def test_structural_steel_of_eurocode_3():
-    steel = material("steel")
+    steel = rs.material("steel")
     assert steel.E == 210e9
     assert steel.G == pytest.approx(80.769e9, rel=1e-5)
     assert steel.poisson_ratio == pytest.approx(0.3, rel=1e-14)
@@ -239,22 +233,22 @@ def test_every_material_has_a_source_and_sane_moduli(name):
 )
 def test_handbook_values_in_inch_units(name, ksi_E, ksi_G):
     ksi = 6.894757e6
-    assert material(name).E == pytest.approx(ksi_E * ksi, rel=6e-3)
-    assert material(name).G == pytest.approx(ksi_G * ksi, rel=2e-2)
+    assert rs.material(name).E == pytest.approx(ksi_E * ksi, rel=6e-3)
+    assert rs.material(name).G == pytest.approx(ksi_G * ksi, rel=2e-2)
 
 
 def test_the_table_cannot_be_changed():
     with pytest.raises(TypeError):
-        MATERIALS["steel"] = Material("steel", 1.0, 1.0)  # type: ignore[index]
+        MATERIALS["steel"] = rs.Material("steel", 1.0, 1.0)  # type: ignore[index]
     with pytest.raises(dataclasses.FrozenInstanceError):
-        material("steel").E = 1.0  # type: ignore[misc]
+        rs.material("steel").E = 1.0  # type: ignore[misc]
 
 
 def test_numpy_numbers_become_floats():
-    entry = Material("x", np.int64(2), np.float32(1.0))  # type: ignore[arg-type]
+    entry = rs.Material("x", np.int64(2), np.float32(1.0))  # type: ignore[arg-type]
     assert type(entry.E) is float
     assert type(entry.G) is float
 
 
 def test_poisson_ratio_returns():
-    assert Material.isotropic("x", 3.0, -0.4).poisson_ratio == pytest.approx(-0.4, rel=1e-14)
+    assert rs.Material.isotropic("x", 3.0, -0.4).poisson_ratio == pytest.approx(-0.4, rel=1e-14)

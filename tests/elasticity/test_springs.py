@@ -9,29 +9,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import robostiff as rs
 from robostiff.elasticity import (
     BeamSegment,
-    Elasticity,
-    Material,
     beam_compliance,
-    circle,
     elasticity_from_compliance,
     elasticity_from_stiffness,
-    material,
     moved,
-    rectangle,
-    rotational_spring,
     tapered_compliance,
-    translational_spring,
 )
-from robostiff.errors import InputError
 
 seeds = st.integers(0, 2**32 - 1)
 ranks = st.integers(0, 6)
-
-
-def random_rotation(rng):
-    return Rotation.random(rng=rng).as_matrix()
 
 
 def random_stiffness(rng, rank):
@@ -142,7 +131,7 @@ def displaced(twist, R, v):
 def test_moved_by_rigid_body_kinematics(seed, rank):
     rng = np.random.default_rng(seed)
     spring = elasticity_from_stiffness(random_stiffness(rng, rank))
-    R, v = random_rotation(rng), rng.normal(size=3)
+    R, v = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
     new = moved(spring, R, v)
     for old, there in zip(spring.freedoms.T, new.freedoms.T, strict=True):
         np.testing.assert_allclose(there, displaced(old, R, v), atol=1e-13)
@@ -155,15 +144,15 @@ def test_moved_by_rigid_body_kinematics(seed, rank):
 
 
 def test_moved_batches():
-    C = beam_compliance(np.array([0.5, 0.7]), material("steel"), rectangle(0.02, 0.05))
-    far = moved(Elasticity(C), np.eye(3), [0, 0, 1]).compliance
-    single = moved(Elasticity(C[1]), np.eye(3), [0, 0, 1]).compliance
+    C = beam_compliance(np.array([0.5, 0.7]), rs.material("steel"), rs.rectangle(0.02, 0.05))
+    far = moved(rs.Elasticity(C), np.eye(3), [0, 0, 1]).compliance
+    single = moved(rs.Elasticity(C[1]), np.eye(3), [0, 0, 1]).compliance
     np.testing.assert_allclose(far[1], single, rtol=1e-14, atol=0)
 
 
 def test_arrays_are_copied_and_read_only():
     C, N = np.eye(6), np.eye(6)[:, :2]
-    spring = Elasticity(C, N)
+    spring = rs.Elasticity(C, N)
     C[0, 0] = N[0, 0] = 7
     assert spring.compliance[0, 0] == spring.freedoms[0, 0] == 1
     with pytest.raises(ValueError, match="read-only"):
@@ -175,13 +164,13 @@ def test_arrays_are_copied_and_read_only():
 
 
 def test_no_freedoms_unless_given():
-    a, b = Elasticity(np.eye(6)), Elasticity(np.eye(6))
+    a, b = rs.Elasticity(np.eye(6)), rs.Elasticity(np.eye(6))
     assert a.freedoms.shape == (6, 0)
     assert a.freedoms is not b.freedoms
 
 
 def test_batches_and_integers():
-    spring = Elasticity(np.zeros((4, 2, 6, 6), dtype=int))
+    spring = rs.Elasticity(np.zeros((4, 2, 6, 6), dtype=int))
     assert spring.compliance.shape == (4, 2, 6, 6)
     assert spring.compliance.dtype == np.float64
 
@@ -190,11 +179,11 @@ def test_symbolic_entries_stay():
     k = sp.Symbol("k")
     compliance = np.full((6, 6), 0, dtype=object)
     compliance[0, 0] = 1 / k
-    assert Elasticity(compliance).compliance[0, 0] == 1 / k
+    assert rs.Elasticity(compliance).compliance[0, 0] == 1 / k
 
 
 @pytest.mark.parametrize(
-    ("make", "block"), [(translational_spring, slice(0, 3)), (rotational_spring, slice(3, 6))]
+    ("make", "block"), [(rs.translational_spring, slice(0, 3)), (rs.rotational_spring, slice(3, 6))]
 )
 def test_springs_along_one_axis(make, block):
     axis = np.array([1.0, -2.0, 2.0])
@@ -252,15 +241,15 @@ def test_spring_is_moved_exactly():
 
 
 def test_two_halves_make_the_whole():
-    soft = Material("soft", E=2e11, G=8e10)
-    half = BeamSegment(L / 2, soft, circle(d))
+    soft = rs.Material("soft", E=2e11, G=8e10)
+    half = BeamSegment(L / 2, soft, rs.circle(d))
     halves = sp.Matrix(tapered_compliance([half, half]))
-    whole = sp.Matrix(tapered_compliance([BeamSegment(L, soft, circle(d))]))
+    whole = sp.Matrix(tapered_compliance([BeamSegment(L, soft, rs.circle(d))]))
     assert sp.simplify(halves - whole) == sp.zeros(6, 6)
 
 
 def test_length_of_numbers_beside_a_symbolic_section_stays_exact():
-    segment = BeamSegment(0.25, Material("soft", E=2e11, G=8e10), circle(d))
+    segment = BeamSegment(0.25, rs.Material("soft", E=2e11, G=8e10), rs.circle(d))
     found = tapered_compliance([segment, segment])
     assert not any(sp.sympify(entry).has(sp.Float) for entry in found.flat)
     assert found[0, 0] == sp.Rational(1, 10**11) / (sp.pi * d**2)
@@ -274,7 +263,7 @@ def test_entries_beside_the_diagonal_are_bounded():
     for make in (elasticity_from_stiffness, elasticity_from_compliance):
         (bound,) = make(M).bounds
         assert sp.expand(bound.value - (k * c - e**2)) == 0
-        with pytest.raises(InputError, match="no negative eigenvalue"):
+        with pytest.raises(rs.InputError, match="no negative eigenvalue"):
             make(M.subs(e, 2 * sp.sqrt(k * c)))
 
 

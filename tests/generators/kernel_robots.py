@@ -7,31 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from robostiff.elasticity import circle
+import robostiff as rs
 from robostiff.model import (
-    Actuated,
     Branch,
-    Chain,
     Coordinate,
-    Elbow,
     Element,
     Joint,
     JointKind,
-    Leg,
     ParallelBlock,
-    Rigid,
-    Robot,
-    Telescope,
-    TelescopicBeam,
     beam_axes,
-    beam_link,
     parallelogram,
-    prismatic,
-    revolute,
-    spherical,
-    universal,
 )
-from robostiff.robots import load, shipped_robots
 from robostiff.spatial import Frame, Space
 from tests.generators.elements import BAR, ROD, STEEL, shift_by
 from tests.generators.legs import platform_at, random_leg
@@ -53,15 +39,15 @@ TRANSLATIONS = (Coordinate.X, Coordinate.Y, Coordinate.Z)
 IN_PLANE = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 
 
-def sps_hexapod() -> Robot:
+def sps_hexapod() -> rs.Robot:
     """A hexapod whose legs may spin about themselves."""
     robot = case_b()
     return replace(
-        robot, name="SPS", legs=tuple(_with_first(leg, spherical(FREE)) for leg in robot.legs)
+        robot, name="SPS", legs=tuple(_with_first(leg, rs.spherical(FREE)) for leg in robot.legs)
     )
 
 
-def translational_upu(count: int = 3) -> Robot:
+def translational_upu(count: int = 3) -> rs.Robot:
     """Legs UPU whose outer axes stay parallel: a platform that does not turn.
 
     With more than three it is over-constrained, and each leg holds it by a couple too.
@@ -71,88 +57,90 @@ def translational_upu(count: int = 3) -> Robot:
         angle = 2 * np.pi * i / count + 0.2
         turn = np.array([0, 0, angle])
         radial = np.array([np.cos(angle), np.sin(angle), 0])
-        beam = TelescopicBeam(STEEL, ROD, share=1.0)
-        telescope = Telescope(Z, (beam,), beam_axes(Z, None), DRIVE)
-        chain = Chain((universal(Y, X, FREE), telescope, universal(X, Y, FREE)))
+        beam = rs.TelescopicBeam(STEEL, ROD, share=1.0)
+        telescope = rs.Telescope(Z, (beam,), beam_axes(Z, None), DRIVE)
+        chain = rs.Chain((rs.universal(Y, X, FREE), telescope, rs.universal(X, Y, FREE)))
         base, end = turned(turn, 0.5 * radial), turned(turn, 0.2 * radial)
-        legs.append(Leg(f"leg{i}", base, chain, end))
+        legs.append(rs.Leg(f"leg{i}", base, chain, end))
     home = shift_by(0, 0, 0.6)
-    return Robot(f"{count}-UPU", tuple(legs), home=home, coordinates=TRANSLATIONS)
+    return rs.Robot(f"{count}-UPU", tuple(legs), home=home, coordinates=TRANSLATIONS)
 
 
-def rigid_cranks() -> Robot:
+def rigid_cranks() -> rs.Robot:
     """A planar 3-RRR of rigid links: near a dead point its elastic motors hold it rigidly."""
     legs = []
     for i in range(3):
         angle = 2 * np.pi * i / 3
         turn = np.array([0, 0, angle + np.pi])
         radial = np.array([np.cos(angle), np.sin(angle), 0])
-        link = Rigid(shift_by(0.35, 0, 0))
-        chain = Chain(
+        link = rs.Rigid(shift_by(0.35, 0, 0))
+        chain = rs.Chain(
             (
-                revolute(Z, Actuated(2e4), home=[0.9]),
+                rs.revolute(Z, rs.Actuated(2e4), home=[0.9]),
                 link,
-                revolute(Z, FREE, home=[-1.5]),
+                rs.revolute(Z, FREE, home=[-1.5]),
                 link,
-                revolute(Z, FREE),
+                rs.revolute(Z, FREE),
             )
         )
         home = shift_by(*(0.1 * radial))
-        legs.append(Leg(f"leg{i}", turned(turn, 0.5 * radial), chain, home, Elbow.PLUS))
+        legs.append(rs.Leg(f"leg{i}", turned(turn, 0.5 * radial), chain, home, rs.Elbow.PLUS))
     return _planar("rigid cranks", legs, shift_by(0, 0, 0))
 
 
-def flat_struts() -> Robot:
+def flat_struts() -> rs.Robot:
     """A planar 3-RPR whose legs are all parallel at home, which says nothing of other poses."""
     legs = []
     for i, (a, b, h) in enumerate(((-0.4, -0.4, 0.0), (0.1, 0.1, 0.15), (0.5, 0.5, -0.1))):
-        chain = Chain((revolute(Z, FREE), prismatic(Y, DRIVE, home=[0.6]), revolute(Z, FREE)))
-        legs.append(Leg(f"leg{i}", shift_by(a, 0, 0), chain, shift_by(b, h, 0)))
+        chain = rs.Chain(
+            (rs.revolute(Z, FREE), rs.prismatic(Y, DRIVE, home=[0.6]), rs.revolute(Z, FREE))
+        )
+        legs.append(rs.Leg(f"leg{i}", shift_by(a, 0, 0), chain, shift_by(b, h, 0)))
     return _planar("flat struts", legs, shift_by(0, 0.6, 0))
 
 
-def stiff_and_soft() -> Robot:
+def stiff_and_soft() -> rs.Robot:
     """A hexapod whose actuators differ by ten decades."""
     robot = case_b()
     sizes = 10.0 ** np.linspace(2, 12, 6)
     legs = []
     for leg, k in zip(robot.legs, sizes, strict=True):
         elements = [
-            replace(e, role=Actuated(float(k))) if isinstance(e, Telescope) else e
+            replace(e, role=rs.Actuated(float(k))) if isinstance(e, rs.Telescope) else e
             for e in leg.chain.elements
         ]
-        legs.append(replace(leg, chain=Chain(tuple(elements))))
+        legs.append(replace(leg, chain=rs.Chain(tuple(elements))))
     return replace(robot, name="stiff and soft", legs=tuple(legs))
 
 
-def thin_legs() -> Robot:
+def thin_legs() -> rs.Robot:
     """A hexapod of wires: ten million times as compliant in bending as in tension."""
     legs = []
     for leg in case_b().legs:
         elements: list[Element] = []
         for e in leg.chain.elements:
-            if isinstance(e, Telescope):
-                wire = TelescopicBeam(STEEL, circle(0.0004), share=1.0)
-                elements.append(replace(e, beams=(wire,), role=Actuated()))
+            if isinstance(e, rs.Telescope):
+                wire = rs.TelescopicBeam(STEEL, rs.circle(0.0004), share=1.0)
+                elements.append(replace(e, beams=(wire,), role=rs.Actuated()))
             else:
                 elements.append(e)
-        legs.append(replace(leg, chain=Chain(tuple(elements))))
-    return Robot("thin legs", tuple(legs), home=shift_by(0, 0, 0.6))
+        legs.append(replace(leg, chain=rs.Chain(tuple(elements))))
+    return rs.Robot("thin legs", tuple(legs), home=shift_by(0, 0, 0.6))
 
 
-def skewed_hexapod() -> Robot:
+def skewed_hexapod() -> rs.Robot:
     """A hexapod whose universal joints have axes that are not square, and bars for legs."""
     robot = case_b()
     legs = []
     for leg in robot.legs:
-        beam = TelescopicBeam(STEEL, BAR, share=1.0)
-        telescope = Telescope(Z, (beam,), beam_axes(Z, None), DRIVE)
-        joint = universal([1, 0.2, 0.1], [0, 1, 0.1], FREE)
-        legs.append(replace(leg, chain=Chain((joint, telescope, spherical(FREE)))))
+        beam = rs.TelescopicBeam(STEEL, BAR, share=1.0)
+        telescope = rs.Telescope(Z, (beam,), beam_axes(Z, None), DRIVE)
+        joint = rs.universal([1, 0.2, 0.1], [0, 1, 0.1], FREE)
+        legs.append(replace(leg, chain=rs.Chain((joint, telescope, rs.spherical(FREE)))))
     return replace(robot, name="skewed", legs=tuple(legs))
 
 
-def of_random_legs(kind: str) -> Robot:
+def of_random_legs(kind: str) -> rs.Robot:
     """A hexapod on six legs of a kind, each at random, and at home where all of them are."""
     legs = []
     for seed in range(6):
@@ -160,24 +148,24 @@ def of_random_legs(kind: str) -> Robot:
         here = platform_at(case.leg, case.leg.chain.home)
         home = Frame(here.rotation.as_matrix(), here.translation)
         legs.append(replace(case.leg, name=f"leg{seed}", base=home.inverse @ case.leg.base))
-    return Robot(kind, tuple(legs), home=Frame.identity())
+    return rs.Robot(kind, tuple(legs), home=Frame.identity())
 
 
-def _planar(name: str, legs: list[Leg], home: Frame) -> Robot:
-    return Robot(name, tuple(legs), home=home, coordinates=IN_PLANE, space=Space.PLANAR)
+def _planar(name: str, legs: list[rs.Leg], home: Frame) -> rs.Robot:
+    return rs.Robot(name, tuple(legs), home=home, coordinates=IN_PLANE, space=Space.PLANAR)
 
 
-def _with_first(leg: Leg, joint: Joint) -> Leg:
+def _with_first(leg: rs.Leg, joint: Joint) -> rs.Leg:
     _, *others = leg.chain.elements
-    return replace(leg, chain=Chain((joint, *others)))
+    return replace(leg, chain=rs.Chain((joint, *others)))
 
 
-def drives_only_arm() -> Robot:
+def drives_only_arm() -> rs.Robot:
     """A serial arm of rigid links and elastic drives, singular wherever an axis is lost."""
     return elbow_arm(elastic_links=False)
 
 
-def spherical_joint_arm() -> Robot:
+def spherical_joint_arm() -> rs.Robot:
     """A serial arm with a passive joint in its middle."""
     arm = elbow_arm()
     elements = [
@@ -186,14 +174,16 @@ def spherical_joint_arm() -> Robot:
         else e
         for e in arm.legs[0].chain.elements
     ]
-    leg = replace(arm.legs[0], chain=Chain(tuple(elements)))
+    leg = replace(arm.legs[0], chain=rs.Chain(tuple(elements)))
     return replace(arm, name="arm with a free joint", legs=(leg,))
 
 
-def _pinned_bar(length: float) -> Chain:
+def _pinned_bar(length: float) -> rs.Chain:
     """A bar along y between two pins about z."""
-    bar = beam_link([0, length, 0], STEEL, BAR, y_axis=Z)
-    return Chain((revolute(Z, FREE, name="near pin"), bar, revolute(Z, FREE, name="far pin")))
+    bar = rs.beam_link([0, length, 0], STEEL, BAR, y_axis=Z)
+    return rs.Chain(
+        (rs.revolute(Z, FREE, name="near pin"), bar, rs.revolute(Z, FREE, name="far pin"))
+    )
 
 
 def four_bar() -> ParallelBlock:
@@ -206,36 +196,38 @@ def four_bar() -> ParallelBlock:
 def parallelogram_of_parallelograms() -> ParallelBlock:
     """Two bars, each of them two bars."""
     inner = parallelogram(_pinned_bar(0.3), 0.04 * X, name="inner")
-    return parallelogram(Chain((inner,)), 0.2 * X, name="outer")
+    return parallelogram(rs.Chain((inner,)), 0.2 * X, name="outer")
 
 
-def planar_legs_with(block: Callable[[], ParallelBlock]) -> Robot:
+def planar_legs_with(block: Callable[[], ParallelBlock]) -> rs.Robot:
     """Three planar legs: a slide, a parallel block and a pinned rod."""
     legs = []
     for i in range(3):
         base = turned(np.array([0, 0, 2 * np.pi * i / 3]), np.zeros(3))
-        rod = beam_link([0.15, 0.3, 0], STEEL, BAR, y_axis=Z)
-        chain = Chain((prismatic(Y, DRIVE), block(), revolute(Z, FREE, name="elbow"), rod))
+        rod = rs.beam_link([0.15, 0.3, 0], STEEL, BAR, y_axis=Z)
+        chain = rs.Chain((rs.prismatic(Y, DRIVE), block(), rs.revolute(Z, FREE, name="elbow"), rod))
         start = Frame(base.R, base.R @ np.array([-0.15, -0.75, 0]))
-        legs.append(Leg(f"leg{i}", start, chain, Frame(base.R, base.R @ np.array([0, -0.15, 0]))))
+        legs.append(
+            rs.Leg(f"leg{i}", start, chain, Frame(base.R, base.R @ np.array([0, -0.15, 0])))
+        )
     return _planar(block().name, legs, shift_by(0, 0, 0))
 
 
-def pairs_of_struts() -> Robot:
+def pairs_of_struts() -> rs.Robot:
     """Three pairs of struts, parallel at home: where the platform turns, they are no copies."""
     legs = []
     for i in range(3):
         base = turned(np.array([0, 0, 2 * np.pi * i / 3]), np.zeros(3))
-        beam = TelescopicBeam(STEEL, ROD, share=1.0)
-        telescope = Telescope(Z, (beam,), beam_axes(Z, None), DRIVE, home=0.6)
-        strut = Chain((universal(Y, X, FREE), telescope, spherical(FREE)))
-        chain = Chain((parallelogram(strut, 0.2 * Y, name="pair"),))
+        beam = rs.TelescopicBeam(STEEL, ROD, share=1.0)
+        telescope = rs.Telescope(Z, (beam,), beam_axes(Z, None), DRIVE, home=0.6)
+        strut = rs.Chain((rs.universal(Y, X, FREE), telescope, rs.spherical(FREE)))
+        chain = rs.Chain((parallelogram(strut, 0.2 * Y, name="pair"),))
         start, end = (Frame(base.R, size * base.R[:, 0]) for size in (0.4, 0.25))
-        legs.append(Leg(f"leg{i}", start, chain, end))
-    return Robot("pairs of struts", tuple(legs), home=shift_by(0, 0, 0.6))
+        legs.append(rs.Leg(f"leg{i}", start, chain, end))
+    return rs.Robot("pairs of struts", tuple(legs), home=shift_by(0, 0, 0.6))
 
 
-HAND_MADE: dict[str, Callable[[], Robot]] = {
+HAND_MADE: dict[str, Callable[[], rs.Robot]] = {
     "case a": case_a,
     "case b with limits": lambda: case_b(limits=(0.45, 0.9)),
     "SPS": sps_hexapod,
@@ -262,16 +254,16 @@ HAND_MADE: dict[str, Callable[[], Robot]] = {
 KINDS_OF_LEGS = ("UCU", "SPU", "RSU")
 
 
-def robot_called(name: str) -> Robot:
+def robot_called(name: str) -> rs.Robot:
     """A hand-made robot, one of random legs, or a shipped one."""
     if name in HAND_MADE:
         return HAND_MADE[name]()
     if name in KINDS_OF_LEGS:
         return of_random_legs(name)
-    robot = load(name)
-    if not isinstance(robot, Robot):
+    robot = rs.load(name)
+    if not isinstance(robot, rs.Robot):
         raise TypeError(name)
     return robot
 
 
-ALL_ROBOTS = (*HAND_MADE, *KINDS_OF_LEGS, *shipped_robots())
+ALL_ROBOTS = (*HAND_MADE, *KINDS_OF_LEGS, *rs.shipped_robots())

@@ -6,23 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from robostiff.elasticity import CrossSection, Elasticity, material
+import robostiff as rs
 from robostiff.model import (
     FlexiblePlatform,
     PlacedPlatform,
     PlatformNode,
     PlatformPart,
-    Robot,
-    Snapshot,
     platform_beam,
     rigid_member,
 )
-from robostiff.robots import load
 from tests.generators.chains import random_rotation
 from tests.generators.robots import FreeRobot
 
-STEEL = material("steel")
-BAR = CrossSection(4e-4, 1.2e-8, 3.1e-8, 2.5e-8)
+STEEL = rs.material("steel")
+BAR = rs.CrossSection(4e-4, 1.2e-8, 3.1e-8, 2.5e-8)
 
 
 def _part(rng: np.random.Generator, kind: str, a: PlatformNode, b: PlatformNode, name: str):
@@ -33,16 +30,16 @@ def _part(rng: np.random.Generator, kind: str, a: PlatformNode, b: PlatformNode,
     point, axes = rng.uniform(-0.5, 0.5, 3), random_rotation(rng)
     root = rng.normal(size=(6, 6)) * np.repeat([1e-4, 1e-3], 3)[:, None]
     if kind == "spring":
-        return PlatformPart(name, a.name, b.name, point, axes, Elasticity(root @ root.T))
+        return PlatformPart(name, a.name, b.name, point, axes, rs.Elasticity(root @ root.T))
     hinge = np.eye(6)[:, 3:4]  # a spring that turns freely about its own x axis
     C = root @ root.T
     C[3, :] = C[:, 3] = 0.0
-    return PlatformPart(name, a.name, b.name, point, axes, Elasticity(C, hinge))
+    return PlatformPart(name, a.name, b.name, point, axes, rs.Elasticity(C, hinge))
 
 
 def on_platform(
     rng: np.random.Generator, robot: FreeRobot, kinds: tuple[str, ...], count: int, closing: int
-) -> Snapshot:
+) -> rs.Snapshot:
     """A robot on `count` nodes joined by a tree of parts, and `closing` more parts."""
     nodes = [PlatformNode(f"n{i}", rng.uniform(-0.5, 0.5, 3)) for i in range(count)]
     ends = [(int(rng.integers(i)), i) for i in range(1, count)]
@@ -62,10 +59,10 @@ def on_platform(
 
 def shipped_on_platform(
     name: str, seed: int, kinds: tuple[str, ...] = ("beam",), closing: int = 0
-) -> Robot:
+) -> rs.Robot:
     """A shipped robot whose legs end at nodes of a flexible platform, the tool at its origin."""
     rng = np.random.default_rng(seed)
-    robot = load(name)
+    robot = rs.load(name)
     hub = PlatformNode("hub", np.zeros(3))
     nodes = [hub, *(PlatformNode(f"n{i}", leg.attachment.p) for i, leg in enumerate(robot.legs))]
     ends = [(int(rng.integers(i)), i) for i in range(1, len(nodes))]

@@ -238,13 +238,10 @@ def hung_on_an_elbow(nominal):
         )
         read.append(one.pose[:3] + turn_by_vector(one.pose[3:]) @ marks["m"])
     measured = rs.Measurements(
-        rs.JointCoordinates(q),
-        read,
-        forces=force,
+        rs.JointCoordinates(q), read, forces=force,
         hooks=np.where(on_body[:, None], at, marks["m"]),
-        bodies=["arm/joint3" if own else "" for own in on_body],
-        sigma=2e-5,
-    )
+        bodies=["arm/joint3" if own else "" for own in on_body], sigma=2e-5,
+    )  # fmt: skip
     return measured, rs.KnownFrames({"marker": marks["m"]})
 
 

@@ -9,6 +9,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.kinematics.turn import turn_by_vector
+from tests.files import written
 
 JOINTS = "joint1 [deg],joint2 [deg],joint3 [deg],joint4 [deg],joint5 [deg],joint6 [deg]"
 DATA = Path(__file__).parent / "data"
@@ -20,9 +21,7 @@ def arm():
 
 
 def read(arm, folder: Path, text: str, **more) -> rs.Measurements:
-    file = folder / "campaign.csv"
-    file.write_text(text, encoding="utf-8")
-    return rs.Measurements.read(file, arm, **more)
+    return rs.Measurements.read(written(folder / "campaign.csv", text), arm, **more)
 
 
 def test_a_campaign_with_postures_that_repeat(arm, tmp_path):
@@ -134,8 +133,7 @@ def test_three_markers_under_headings(arm, tmp_path):
 def test_auto_id(arm, tmp_path, begins):
     """Roll about x, pitch about y, yaw about z, in this order about axes that stay."""
     lines = (DATA / "auto_id.txt").read_text().splitlines()[begins:]
-    file = tmp_path / "auto.txt"
-    file.write_text("\n".join(lines) + "\n")
+    file = written(tmp_path / "auto.txt", "\n".join(lines) + "\n")
     found = rs.Measurements.read(file, arm, sigma=(2e-5, 1e-4))
     assert set(found.kinds) == {rs.Reading.POSE}
     assert off(arm, found, "tool", [0.08, 0.1, 0]).max() < 1e-9
@@ -154,8 +152,7 @@ def test_auto_id(arm, tmp_path, begins):
 
 def test_auto_id_of_points_alone(arm, tmp_path):
     """Turns that are zero in all lines were not measured."""
-    file = tmp_path / "auto.txt"
-    file.write_text("P1\t1\t2\t3\t0\t0\t0\t10\t20\t15\t10\t50\t0\n")
+    file = written(tmp_path / "auto.txt", "P1\t1\t2\t3\t0\t0\t0\t10\t20\t15\t10\t50\t0\n")
     found = rs.Measurements.read(file, arm)
     assert found.kinds == (rs.Reading.POINT,)
     np.testing.assert_allclose(found.values, [[0.001, 0.002, 0.003]])

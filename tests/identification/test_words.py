@@ -7,6 +7,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.identification.unknowns import Unknown, UnknownKind, identifiability
+from tests.files import written
 from tests.identification.campaigns import (
     arm_campaign,
     arm_frames,
@@ -61,8 +62,7 @@ def test_lengths_that_are_frames(tmp_path):
     text = text.replace("  upper: 0.7 m", "  upper: 0.7 m\n  height: 0.48 m\n  flange: 0.12 m\n"
                         "  aside: 0 m\n  aside3: 0 m")  # fmt: skip
     text = text.replace("to: [fore, 0, 0]", "to: [fore, aside3, 0]")
-    file = tmp_path / "lengths.yaml"
-    file.write_text(text)
+    file = written(tmp_path / "lengths.yaml", text)
     names = ["height", "flange", "aside", "aside3"]
     robot = rs.load(file, symbols=names)
     found = rs.identify(robot, arm_campaign(loads=(0,)), names)
@@ -84,9 +84,7 @@ def test_a_strut_with_its_bearing(tmp_path):
         "      - {type: spring, name: bearing, compliance: [0, 0, 1e-9 m/N, 0, 0, 0]}\n"
         "      - {type: spherical, role: passive}",
     )
-    file = tmp_path / "bearings.yaml"
-    file.write_text(text)
-    robot = rs.load(file)
+    robot = rs.load(written(tmp_path / "bearings.yaml", text))
     asked = ["leg*/strut", "leg*/bearing"]
     found = rs.identify(robot, hexapod_campaign(), asked, frames=hexapod_frames())
     assert sorted(found.not_identified) == [
@@ -140,12 +138,9 @@ def test_coordinates_of_a_whole_frame_are_its_place_and_turn():
 def test_a_compliance_at_its_bound_has_an_interval_on_one_side():
     robot = machine("arm")
     found = rs.identify(
-        robot,
-        arm_campaign(),
-        ["arm/joint*"],
-        frames=arm_frames(),
+        robot, arm_campaign(), ["arm/joint*"], frames=arm_frames(),
         bounds={"arm/joint2": (1.5e-6, 1.0)},
-    )
+    )  # fmt: skip
     low, high = found.interval()["arm/joint2"]
     assert low == found.values["arm/joint2"] == pytest.approx(1.5e-6, rel=1e-4)
     assert high == pytest.approx(low + 1.644853627 * found.std["arm/joint2"])

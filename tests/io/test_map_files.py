@@ -7,20 +7,17 @@ import pytest
 import xarray
 
 import robostiff as rs
-from robostiff import Axis, Grid, PoseList, Quantity
-from robostiff.errors import InputError
 from robostiff.io import map_files
 from robostiff.io.map_files import read_map, read_poses, write_map_netcdf
-from tests.analysis.maps.robots import loaded
 from tests.campaign import stores
 
 
 @pytest.fixture(scope="module")
 def found():
     return rs.stiffness_map(
-        loaded("3-puu"),
-        Grid(x=Axis(-0.9, 0.9, 4), z=Axis(0.2, 0.3, 2)),
-        [q for q in Quantity if q is not Quantity.TENSIONS],
+        rs.load("3-puu"),
+        rs.Grid(x=rs.Axis(-0.9, 0.9, 4), z=rs.Axis(0.2, 0.3, 2)),
+        [q for q in rs.Quantity if q is not rs.Quantity.TENSIONS],
         wrench=[10, 0, -20, 0, 1, 0],
     )
 
@@ -45,8 +42,8 @@ def written(tmp_path, text):
 
 def test_units_comments_and_time_of_a_trajectory(tmp_path):
     text = "# path of today\n\ntime [ms]; x [mm]; rz (deg)\n0; 10; 0\n# half way\n500;20;90\n"
-    poses = read_poses(loaded("hexapod"), written(tmp_path, text))
-    assert isinstance(poses, PoseList)
+    poses = read_poses(rs.load("hexapod"), written(tmp_path, text))
+    assert isinstance(poses, rs.PoseList)
     assert poses.names == ("x", "rz")
     np.testing.assert_allclose(
         poses.values((slice(None),)), [[0.01, 0.02], [0, np.pi / 2]], rtol=1e-14
@@ -58,7 +55,7 @@ def test_units_comments_and_time_of_a_trajectory(tmp_path):
 
 
 def test_columns_may_be_joints(tmp_path):
-    poses = read_poses(loaded("two-link-arm"), written(tmp_path, "s,elbow [deg]\n0,180\n1,90\n"))
+    poses = read_poses(rs.load("two-link-arm"), written(tmp_path, "s,elbow [deg]\n0,180\n1,90\n"))
     np.testing.assert_allclose(poses.values((slice(None),)), [[np.pi, np.pi / 2]])
     parameter = poses.parameter()
     assert parameter is not None
@@ -66,17 +63,17 @@ def test_columns_may_be_joints(tmp_path):
 
 
 def test_a_mark_of_byte_order_is_no_name(tmp_path):
-    assert read_poses(loaded("hexapod"), written(tmp_path, "\ufeffx\r\n1\r\n")).names == ("x",)
+    assert read_poses(rs.load("hexapod"), written(tmp_path, "\ufeffx\r\n1\r\n")).names == ("x",)
 
 
 def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(InputError, match="a readable file"):
-        read_poses(loaded("hexapod"), tmp_path / "poses.csv")
+    with pytest.raises(rs.InputError, match="a readable file"):
+        read_poses(rs.load("hexapod"), tmp_path / "poses.csv")
 
 
 def test_a_file_of_another_kind_is_no_map(tmp_path):
     written(tmp_path, "x, y\n").rename(tmp_path / "map.nc")
-    with pytest.raises(InputError, match="contents that HDF5 cannot read"):
+    with pytest.raises(rs.InputError, match="contents that HDF5 cannot read"):
         read_map(tmp_path / "map.nc")
 
 
@@ -88,26 +85,26 @@ def test_damaged_maps_are_refused_or_read_as_they_were_written(tmp_path):
 
 def test_a_damaged_chunk_is_named_when_it_is_read(tmp_path):
     path = tmp_path / "map.zarr"
-    grid = Grid(x=Axis(-0.9, 0.9, 4), z=Axis(0.2, 0.3, 2))
-    rs.stiffness_map(loaded("3-puu"), grid, [Quantity.STIFFNESS], store=path)
+    grid = rs.Grid(x=rs.Axis(-0.9, 0.9, 4), z=rs.Axis(0.2, 0.3, 2))
+    rs.stiffness_map(rs.load("3-puu"), grid, [rs.Quantity.STIFFNESS], store=path)
     chunk = next(file for file in (path / "K" / "c").rglob("*") if file.is_file())
     content = bytearray(chunk.read_bytes())
     content[len(content) // 2] ^= 4
     chunk.write_bytes(bytes(content))
     found = read_map(path)  # nothing of K is read yet
     with pytest.raises(
-        InputError, match=r"map\.zarr' is damaged: it has K/c/\S+ that cannot be read"
+        rs.InputError, match=r"map\.zarr' is damaged: it has K/c/\S+ that cannot be read"
     ):
         found.K.load()
     chunk.unlink()
-    with pytest.raises(InputError, match=r"it has no K/c/"):
+    with pytest.raises(rs.InputError, match=r"it has no K/c/"):
         read_map(path).K.load()
 
 
 def test_a_changed_description_is_named(tmp_path):
     """Of the store and of each array: one letter of a unit, a title or a shape."""
     path = tmp_path / "map.zarr"
-    rs.stiffness_map(loaded("3-puu"), Grid(x=Axis(-0.1, 0.1, 4)), store=path)
+    rs.stiffness_map(rs.load("3-puu"), rs.Grid(x=rs.Axis(-0.1, 0.1, 4)), store=path)
     described = sorted(path.rglob("zarr.json"))
     assert len(described) > 5
     for file in described:
@@ -116,7 +113,7 @@ def test_a_changed_description_is_named(tmp_path):
             file.write_text(whole.replace(old, new), encoding="utf-8")
             name = re.escape(file.relative_to(path).as_posix())
             if old in whole:
-                with pytest.raises(InputError, match=rf"is damaged: it has a {name} that was"):
+                with pytest.raises(rs.InputError, match=rf"is damaged: it has a {name} that was"):
                     read_map(path)
         file.write_text(whole, encoding="utf-8")
     assert read_map(path).attrs["poses"] == 4
@@ -126,7 +123,7 @@ def test_maps_of_other_programs_are_read_where_they_are_maps(found, tmp_path):
     found.isel(x=slice(2)).to_netcdf(tmp_path / "part.nc", engine="h5netcdf")
     xarray.testing.assert_equal(read_map(tmp_path / "part.nc"), found.isel(x=slice(2)))
     found.drop_vars("rank").to_netcdf(tmp_path / "less.nc", engine="h5netcdf")
-    with pytest.raises(InputError, match="without the variables status and rank"):
+    with pytest.raises(rs.InputError, match="without the variables status and rank"):
         read_map(tmp_path / "less.nc")
 
 
@@ -137,8 +134,8 @@ def test_what_hdf5_does_not_end_with_is_stopped(found, tmp_path, monkeypatch):
     endless.write_text("while True: pass")
     monkeypatch.setattr(map_files, "READ_HDF5", endless)
     monkeypatch.setattr(map_files, "_SECONDS", 1)
-    with pytest.raises(InputError, match=r"HDF5 cannot read .*more than 1 s"):
+    with pytest.raises(rs.InputError, match=r"HDF5 cannot read .*more than 1 s"):
         read_map(path)
     endless.write_text("import os; os.abort()")
-    with pytest.raises(InputError, match="contents that HDF5 cannot read"):
+    with pytest.raises(rs.InputError, match="contents that HDF5 cannot read"):
         read_map(path)

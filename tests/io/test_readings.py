@@ -38,10 +38,6 @@ def exact(text: str) -> str:
     return str(parse(text).evaluate(environment, exact_mathematics()).magnitude)
 
 
-def scalar(text: str) -> str:
-    return repr(parse_document(f"a: {text}").data["a"])
-
-
 def place(document: Any) -> Callable[[str], str]:
     """Line and column of a value, and of its key."""
 
@@ -92,11 +88,6 @@ def parts_of(own: Any) -> Iterator[str]:
             yield f"{field.name} {described(value)}"
 
 
-def elements_of_a_leg(text: str) -> str:
-    """Those before the beam at the end."""
-    return "\n".join(map(described, test_model_file.chain_of(*text.split("  ;  "))[:-1]))
-
-
 def elements_of_a_snapshot(text: str) -> str:
     chain = [*literal_eval(f"({text},)")]
     leg = {"name": "leg", "end": [0.5, 0, 0], "chain": chain}
@@ -108,11 +99,13 @@ def elements_of_a_snapshot(text: str) -> str:
 READERS: dict[str, Callable[[str], str]] = {
     "expression": value,
     "exact expression": exact,
-    "scalar of YAML": scalar,
+    "scalar of YAML": (lambda text: repr(parse_document(f"a: {text}").data["a"])),
     "YAML": lambda text: repr(parse_document(literal_eval(text)).data),
     "file in YAML": lambda name: repr(parse_document(text_of(name)).data),
     "parameters": parameters,
-    "element of a leg": elements_of_a_leg,
+    "element of a leg": (
+        lambda text: "\n".join(map(described, test_model_file.chain_of(*text.split("  ;  "))[:-1]))
+    ),
     "element of a snapshot": elements_of_a_snapshot,
     "cable robot": lambda text: "\n".join(parts_of(test_cable_files.built(literal_eval(text)))),
     "places in YAML": place(YAML),

@@ -19,7 +19,7 @@ from robostiff.kinematics import find_posture, with_body_springs, with_masses
 from robostiff.model import Robot
 from robostiff.network import network_of_snapshot
 from tests.cli.running import Running
-from tests.files import text_of
+from tests.files import text_of, written
 from tests.statics.robots_under_load import loaded, number
 
 ONE = rs.Bowing(elements=1)
@@ -115,9 +115,7 @@ def test_the_same_as_a_graph(tmp_path):
     del mass["on"]
     legs = read({**crane(masses=[mass]), "gravity": [0, 0, -9.8]})
     assert np.allclose(rs.modes(network).frequencies, rs.modes(legs).frequencies, rtol=1e-9)
-    path = tmp_path / "crane.json"
-    path.write_text(json.dumps(data))
-    found = Running().answer("modes", str(path))
+    found = Running().answer("modes", str(written(tmp_path / "crane.json", json.dumps(data))))
     told = [mode["frequency"] for mode in found["modes"]]
     assert np.allclose(told, rs.modes(legs).frequencies, rtol=1e-9)
 
@@ -184,9 +182,7 @@ ARM = text_of("balanced-arm.yaml")
 
 
 def built(text: str, parameters: dict[str, str] | None = None, **options: object) -> Robot:
-    robot = model_from_document(parse_document(text), parameters, **options)  # type: ignore[arg-type]
-    assert isinstance(robot, Robot)
-    return robot
+    return model_from_document(parse_document(text), parameters, **options)  # type: ignore[arg-type]
 
 
 def shoulder(robot: Robot, degrees: float = 20.0, **options: object) -> rs.Equilibrium:

@@ -10,6 +10,7 @@ from robostiff.kinematics import PostureFinder
 from robostiff.model import Joint, PlacedFreedom
 from robostiff.network import JointElement, Node, network_of_snapshot
 from robostiff.spatial import Frame
+from tests.files import written
 from tests.generators.elements import random_transform
 
 
@@ -33,9 +34,7 @@ def frame_of_three(coordinates: str = "") -> str:
 
 
 def test_a_structure_without_mobility_stands_at_home(tmp_path):
-    path = tmp_path / "frame.yaml"
-    path.write_text(frame_of_three(), encoding="utf-8")
-    robot = rs.load(path)
+    robot = rs.load(written(tmp_path / "frame.yaml", frame_of_three()))
     assert robot.coordinates == ()
     assert "without mobility" in repr(robot)
     result = rs.stiffness(robot)
@@ -65,8 +64,7 @@ def test_a_structure_without_mobility_stands_at_home(tmp_path):
 
 
 def test_coordinates_that_a_structure_does_not_have_are_refused(tmp_path):
-    path = tmp_path / "frame.yaml"
-    path.write_text(frame_of_three("coordinates: [x]\n"), encoding="utf-8")
+    path = written(tmp_path / "frame.yaml", frame_of_three("coordinates: [x]\n"))
     with pytest.raises(InputError, match="as many as the 0 freedoms"):
         rs.load(path)
 

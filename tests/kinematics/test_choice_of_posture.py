@@ -8,18 +8,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
 from robostiff.kinematics import place_chain
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Coordinate,
-    Element,
-    Leg,
-    Passive,
-    Rigid,
-    Robot,
-    prismatic,
-    universal,
-)
+from robostiff.model import Coordinate, Element
 from robostiff.spatial import Frame, Space
 from tests.generators.elements import ROD, STEEL
 
@@ -167,21 +156,21 @@ def test_a_spin_that_nothing_determines_stays_as_at_home(letters: str):
     assert np.allclose(q, chain.home, atol=1e-9)
 
 
-BAR = Rigid(Frame(np.eye(3), np.array([0, 0, 0.5])), "rod")
-UPU = Chain(
+BAR = rs.Rigid(Frame(np.eye(3), np.array([0, 0, 0.5])), "rod")
+UPU = rs.Chain(
     (
-        universal([0, 1, 0], [1, 0.3, 0], Passive(), name="A"),
+        rs.universal([0, 1, 0], [1, 0.3, 0], rs.Passive(), name="A"),
         BAR,
-        prismatic([0, 0, 1], Actuated(1e7), name="P"),
-        universal([1, 0.2, 0], [0.1, 1, 0.2], Passive(), name="B"),
+        rs.prismatic([0, 0, 1], rs.Actuated(1e7), name="P"),
+        rs.universal([1, 0.2, 0], [0.1, 1, 0.2], rs.Passive(), name="B"),
     )
 )
-PUU = Chain(
+PUU = rs.Chain(
     (
-        prismatic([0, 0, 1], Actuated(1e7), name="P"),
-        universal([0, 1, 0], [1, 0.2, 0], Passive(), name="A"),
-        Rigid(Frame(np.eye(3), np.array([0.6, 0, -0.4])), "rod"),
-        universal([1, 0, 0.1], [0, 1, 0], Passive(), name="B"),
+        rs.prismatic([0, 0, 1], rs.Actuated(1e7), name="P"),
+        rs.universal([0, 1, 0], [1, 0.2, 0], rs.Passive(), name="A"),
+        rs.Rigid(Frame(np.eye(3), np.array([0.6, 0, -0.4])), "rod"),
+        rs.universal([1, 0, 0.1], [0, 1, 0], rs.Passive(), name="B"),
     )
 )
 
@@ -189,8 +178,8 @@ PUU = Chain(
 @pytest.mark.parametrize("chain", [UPU, PUU], ids=["UPU", "PUU"])
 def test_poses_of_the_assembly_mode_of_home_are_reached_and_the_others_by_near(chain):
     home = place_chain(chain, chain.home, np.eye(3), np.zeros(3))
-    leg = Leg("leg", Frame.identity(), chain, Frame.identity())
-    robot = Robot("one leg", (leg,), home=Frame(home.R, home.p))
+    leg = rs.Leg("leg", Frame.identity(), chain, Frame.identity())
+    robot = rs.Robot("one leg", (leg,), home=Frame(home.R, home.p))
     q = random_coordinates(chain)
     placed = place_chain(chain, q, np.eye(3), np.zeros(3))
     T = np.tile(np.eye(4), (len(q), 1, 1))
@@ -210,14 +199,14 @@ def test_poses_of_the_assembly_mode_of_home_are_reached_and_the_others_by_near(c
         assert np.abs(other.coordinates[0][0] - q[i]).max() < 1e-6
 
 
-def random_coordinates(chain: Chain) -> np.ndarray:
+def random_coordinates(chain: rs.Chain) -> np.ndarray:
     random = np.random.default_rng(4)
     q = random.uniform(-2.4, 2.4, (300, 5))
     q[:, 2 if chain is UPU else 0] = random.uniform(0.0, 0.3, 300)
     return q
 
 
-def sign_at_first_joint(chain: Chain, q: np.ndarray) -> np.ndarray:
+def sign_at_first_joint(chain: rs.Chain, q: np.ndarray) -> np.ndarray:
     """Sign of b.(a x d): first axis a, second axis b, direction d of the rod, in the world."""
     freedoms = place_chain(chain, q, np.eye(3), np.zeros(3)).freedoms
     first, last = (0, 3) if chain is UPU else (1, 3)

@@ -96,16 +96,8 @@ def test_branches_without_joints_are_one_stiff_part():
 
 
 ROBOTS = (
-    "3-puu",
-    "3-rps",
-    "3-rrr",
-    "capaman",
-    "delta",
-    "h4",
-    "hexapod-pus",
-    "orthoglide",
-    "us-ups",
-)
+    "3-puu", "3-rps", "3-rrr", "capaman", "delta", "h4", "hexapod-pus", "orthoglide", "us-ups",
+)  # fmt: skip
 
 
 def drives(posture, robot: rs.Robot) -> np.ndarray:

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.elasticity import circle
-from robostiff.errors import NoAnswerError
 from robostiff.network import Network, beam_between
 from tests.network.frames import BAR, STEEL, nodes
 from tests.statics.robots_under_load import loaded
@@ -25,7 +23,7 @@ LEGS = "robostiff.analysis.deflection_under_load.ConjugateWrenches.carried"
 def overhang() -> Network:
     """A cantilever whose platform is described about a point beyond its node."""
     wall, tip = nodes(wall=[0, 0, 0], tip=[1.0, 0, 0])
-    rod = beam_between(wall, tip, STEEL, circle(0.02), name="rod")
+    rod = beam_between(wall, tip, STEEL, rs.circle(0.02), name="rod")
     return Network("overhang", (wall, tip), ("wall",), "tip", np.array([1.5, 0, 0]), beams=(rod,))
 
 
@@ -53,7 +51,7 @@ def test_a_load_that_loses_its_moment_on_the_way_is_no_load_of_an_equilibrium(
     assert loaded(rs.load("hexapod"), loads=loads).has_answer
     monkeypatch.setattr(LOADING, without_arms)
     for asked in (loaded, rs.deflection):
-        with pytest.raises(NoAnswerError, match="not those that are given"):
+        with pytest.raises(rs.NoAnswerError, match="not those that are given"):
             asked(rs.load("hexapod"), loads=loads)
 
 
@@ -102,7 +100,7 @@ def test_a_response_whose_reactions_lack_a_moment_has_no_answer(
         return replace(found, at_start=found.at_start * [1, 1, 1, 0, 0, 0])
 
     monkeypatch.setattr(BEAM_LOADS, without_moment)
-    with pytest.raises(NoAnswerError, match="do not balance the loads"):
+    with pytest.raises(rs.NoAnswerError, match="do not balance the loads"):
         rs.network_response(network, loads)
 
 

@@ -9,20 +9,17 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.elastostatics import (
-    Block,
-    CartesianStiffness,
-    IndexRules,
-    Recursive,
-    SaddlePoint,
-    WrenchBasis,
-    aggregate,
-    chain_stiffness,
-)
+from robostiff.elastostatics import CartesianStiffness, aggregate
 from tests.cases.metric import distance
 
 SHAPES = [(), (3, 1, 4), (0,)]
-FORMS = [WrenchBasis(), Block(), Recursive(groups=((1, 0), (2, 3))), SaddlePoint(), IndexRules()]
+FORMS = [
+    rs.WrenchBasis(),
+    rs.Block(),
+    rs.Recursive(groups=((1, 0), (2, 3))),
+    rs.SaddlePoint(),
+    rs.IndexRules(),
+]
 
 
 def mixed_poses(seed: int, number: int) -> tuple[np.ndarray, np.ndarray]:
@@ -63,40 +60,40 @@ def assert_same(one: CartesianStiffness, other: CartesianStiffness) -> None:
 def test_batch_is_the_loop_over_poses(shape: tuple[int, ...], form):
     number = int(np.prod(shape, dtype=int))
     C, J_q = mixed_poses(3, number)
-    batch = chain_stiffness(C.reshape(*shape, 6, 6), J_q.reshape(*shape, 6, 4), form=form)
+    batch = rs.chain_stiffness(C.reshape(*shape, 6, 6), J_q.reshape(*shape, 6, 4), form=form)
     assert batch.batch_shape == shape
     assert batch.rank.shape == batch.status_codes.shape == shape
     assert np.isfinite(batch.matrix).all()
     for i, index in enumerate(np.ndindex(shape)):
-        assert_same(batch[index], chain_stiffness(C[i], J_q[i], form=form))
+        assert_same(batch[index], rs.chain_stiffness(C[i], J_q[i], form=form))
 
 
 def test_one_compliance_at_many_poses_and_one_pose_of_many_compliances():
     C, J_q = mixed_poses(5, 3)
-    many_joints = chain_stiffness(C[0], J_q)
-    many_springs = chain_stiffness(C, J_q[0])
+    many_joints = rs.chain_stiffness(C[0], J_q)
+    many_springs = rs.chain_stiffness(C, J_q[0])
     for i in range(3):
-        assert_same(many_joints[i], chain_stiffness(C[0], J_q[i]))
-        assert_same(many_springs[i], chain_stiffness(C[i], J_q[0]))
+        assert_same(many_joints[i], rs.chain_stiffness(C[0], J_q[i]))
+        assert_same(many_springs[i], rs.chain_stiffness(C[i], J_q[0]))
 
 
 def test_aggregated_batch_is_the_loop_over_poses():
     C1, J1 = mixed_poses(6, 6)
     C2, J2 = mixed_poses(7, 6)
-    whole = aggregate([chain_stiffness(C, J, length=1.0) for C, J in ((C1, J1), (C2, J2))])
+    whole = aggregate([rs.chain_stiffness(C, J, length=1.0) for C, J in ((C1, J1), (C2, J2))])
     for i in range(6):
-        legs = [chain_stiffness(C[i], J[i], length=1.0) for C, J in ((C1, J1), (C2, J2))]
+        legs = [rs.chain_stiffness(C[i], J[i], length=1.0) for C, J in ((C1, J1), (C2, J2))]
         assert_same(whole[i], aggregate(legs))
 
 
 def test_parts_joined_and_reshaped():
     C, J_q = mixed_poses(8, 6)
-    parts = [chain_stiffness(C[k], J_q[k]) for k in (slice(0, 1), slice(1, 3), slice(3, 6))]
+    parts = [rs.chain_stiffness(C[k], J_q[k]) for k in (slice(0, 1), slice(1, 3), slice(3, 6))]
     joined = CartesianStiffness.joined(parts)
     shaped = joined.reshaped((3, 2))
     for i in range(6):
-        assert_same(joined[i], chain_stiffness(C[i], J_q[i]))
-        assert_same(shaped[i // 2, i % 2], chain_stiffness(C[i], J_q[i]))
+        assert_same(joined[i], rs.chain_stiffness(C[i], J_q[i]))
+        assert_same(shaped[i // 2, i % 2], rs.chain_stiffness(C[i], J_q[i]))
 
 
 FORCE = [300.0, 100.0, -200.0, 0.0, 0.0, 0.0]
@@ -155,7 +152,7 @@ def test_a_robot_with_another_value_is_another_one() -> None:
 def test_another_question_has_another_answer() -> None:
     robot = rs.load("hexapod")
     assert rs.stiffness(robot) != rs.stiffness(robot, at=[0, 0, 1])
-    assert rs.stiffness(robot) != rs.stiffness(robot, method=Block())
+    assert rs.stiffness(robot) != rs.stiffness(robot, method=rs.Block())
     assert rs.stiffness(robot, POSES)[0] != rs.stiffness(robot, POSES)[1]
 
 

@@ -18,6 +18,11 @@ from scipy.spatial.transform import RigidTransform
 import robostiff as rs
 from robostiff import elasticity, elastostatics, linkage, model, network, spatial
 from robostiff.analysis import indices
+from robostiff.io.expression import parse
+from robostiff.io.snapshot import snapshot_to_data
+from robostiff.io.units import Dimension, to_si
+from robostiff.record import Record, derivatives_along
+from robostiff.robots import describe, robot_file
 from tests.plot.machines import hexapod_deflection, tripod_map
 from tests.said import now, on_file, said, write
 
@@ -124,7 +129,10 @@ NAMES: dict[str, Any] = {
     **{"ball": ball, "weld": weld, "lift": LIFT, "by_screw": by_screw},
     **{"mapped_linkage": mapped_linkage},
     **{"endless": tuple(replace(own, greatest_tension=np.inf) for own in CABLES)},
-    **{"campaign": MOVED, "RigidTransform": RigidTransform},
+    **{"campaign": MOVED, "RigidTransform": RigidTransform, "describe": describe},
+    **{"parse": parse, "to_si": to_si, "Dimension": Dimension},
+    **{"snapshot_to_data": snapshot_to_data},
+    **{"robot_file": robot_file, "Record": Record, "derivatives_along": derivatives_along},
     **{"AT": [0.02, -0.01, 0.8, 0.01, -0.02, 0.1]},
 }  # fmt: skip
 

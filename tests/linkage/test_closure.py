@@ -226,10 +226,6 @@ def _linkage(connections, base="base", platform="platform"):
     return Linkage("l", tuple(connections), base, platform, np.zeros(3))
 
 
-def _names(linkage):
-    return {c.name for c in linkage.connections}
-
-
 def _on_simple_ways(edges, base, platform):
     """By trying all ways: names of the edges on those that pass no body twice."""
     found = set()
@@ -258,7 +254,7 @@ def test_kept_is_what_lies_on_ways_that_pass_no_body_twice(pairs):
     wanted = _on_simple_ways(edges, "b0", "b1")
     linkage = _linkage(itertools.starmap(_ball, edges), "b0", "b1")
     if wanted:
-        assert _names(essential(linkage)) == wanted
+        assert {c.name for c in essential(linkage).connections} == wanted
     else:
         with pytest.raises(InputError, match="nothing between it and the base"):
             essential(linkage)

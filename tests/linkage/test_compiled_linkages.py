@@ -18,6 +18,7 @@ from robostiff.elastostatics import Status
 from robostiff.io.map_files import read_poses
 from robostiff.model import Actuated, Passive, beam_link, prismatic, spherical
 from robostiff.robots import robot_file
+from tests.files import written
 from tests.linkage.test_stiffness_of_linkages import _closed, _frame, _parallel
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
@@ -151,8 +152,7 @@ def pantograph(folder: Path, name: str) -> Path:
     side = robot_file("double-pantograph")
     text = side.read_text().replace("{E: 70 GPa,", "{E: E,")
     text = text.replace("  k: 1e6 N/m", "  E: 70 GPa\n  k: 1e6 N/m")
-    path = folder / name
-    path.write_text(text)
+    path = written(folder / name, text)
     (folder / "double-pantograph.xml").write_bytes(side.with_suffix(".xml").read_bytes())
     return path
 
@@ -265,7 +265,5 @@ def test_a_linkage_is_sent_to_workers_without_its_records(four_bar):
 
 
 def test_poses_of_joints_are_read_from_files(four_bar, tmp_path):
-    path = tmp_path / "poses.csv"
-    path.write_text("crank [deg]\n0\n90\n")
-    found = read_poses(four_bar, path)
+    found = read_poses(four_bar, written(tmp_path / "poses.csv", "crank [deg]\n0\n90\n"))
     np.testing.assert_allclose(found.values((slice(0, 2),)), [[0, np.pi / 2]])

@@ -15,6 +15,7 @@ from robostiff.model.checks import rotation_matrix, unit_vector
 from robostiff.model.entries import formulas
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame, exact_number
+from tests.files import written
 
 NAMES = [name for name in rs.shipped_robots() if "\nparameters:" in robot_file(name).read_text()]
 
@@ -66,16 +67,13 @@ def test_symbols_have_the_names_and_signs_of_their_parameters():
 
 
 def test_parameter_that_is_not_positive_is_only_real(tmp_path):
-    file = tmp_path / "arm.yaml"
-    file.write_text(MODEL)
-    robot = load(file, symbols=("z", "twice"))
+    robot = load(written(tmp_path / "arm.yaml", MODEL), symbols=("z", "twice"))
     assert robot.symbols == (sp.Symbol("twice", positive=True), sp.Symbol("z", real=True))
     assert robot.nominal == {"z": 0.0, "twice": 0.6}
 
 
 def test_computed_parameter_follows_or_is_kept(tmp_path):
-    file = tmp_path / "arm.yaml"
-    file.write_text(MODEL)
+    file = written(tmp_path / "arm.yaml", MODEL)
     L, twice = sp.Symbol("L", positive=True), sp.Symbol("twice", positive=True)
     assert load(file, symbols=("L",)).legs[0].base.p[0] == 2 * L
     assert load(file, symbols=("L", "twice")).legs[0].base.p[0] == twice
@@ -135,24 +133,8 @@ def test_entries_of_another_kind_are_left_alone():
     assert isinstance(other.legs[0].base.p[2], float)
 
 
-@pytest.mark.parametrize("question", [rs.stiffness, rs.find_posture, rs.compliance])
-def test_question_of_numbers_names_the_symbols(question):
-    robot = load("gough-stewart-b", symbols=("R", "h"))
-    with pytest.raises(rs.InputError, match=r"without a number: R, h.*robot.substituted"):
-        question(robot)
-
-
-def test_symbol_without_a_nominal_value_is_named():
-    L = sp.Symbol("L")
-    link = rs.beam_link([L, 0, 0], rs.material("steel"), rs.circle(0.02))
-    leg = rs.Leg("arm", rs.Frame.identity(), rs.Chain((link,)), rs.Frame.identity())
-    with pytest.raises(rs.InputError, match=r"got 'L'.*robot.substituted\(\{'L'"):
-        _ = rs.Robot("arm", (leg,), coordinates=()).numeric
-
-
 def test_file_is_checked_by_its_numbers_first(tmp_path):
-    file = tmp_path / "arm.yaml"
-    file.write_text(MODEL.replace("[L, 0, 0]", "[L, 0, k]"))
+    file = written(tmp_path / "arm.yaml", MODEL.replace("[L, 0, 0]", "[L, 0, k]"))
     with pytest.raises(FileError, match="a length"):
         load(file, symbols=rs.ALL_PARAMETERS)
 

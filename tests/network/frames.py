@@ -24,7 +24,6 @@ def graph(name: str) -> tuple[Network, dict[str, Any]]:
     """A graph case and its oracle."""
     path = GRAPHS / f"{name}.json"
     network = load(path)
-    assert isinstance(network, Network)
     return network, json.loads(path.read_text())["oracle"]
 
 

@@ -9,8 +9,6 @@ import pytest
 from jsonschema import Draft202012Validator
 
 import robostiff as rs
-from robostiff import find_posture, load, stiffness
-from robostiff.errors import FileError, InputError, NoAnswerError
 from robostiff.io.document import parse_document
 from robostiff.io.snapshot import (
     is_graph,
@@ -18,9 +16,7 @@ from robostiff.io.snapshot import (
     network_from_document,
     network_schema,
     network_to_data,
-    snapshot_to_data,
 )
-from robostiff.model import Robot
 from robostiff.network import Network, compliance_between, network_of_snapshot
 from tests.network.frames import GRAPH_NAMES, GRAPHS, graph
 
@@ -50,15 +46,6 @@ TEXT = """{
 """
 
 
-def test_a_network_without_compliance_and_two_parts_of_one_name_are_refused():
-    rigid, twice = json.loads(TEXT), json.loads(TEXT)
-    del rigid["graph"]["beams"], rigid["graph"]["springs"]
-    twice["graph"]["springs"] *= 2
-    for data, words in ((rigid, "without compliance"), (twice, r"springs\[1\]\.name.*got 'pad'")):
-        with pytest.raises(FileError, match=words):
-            network_from_document(parse_document(json.dumps(data)))
-
-
 def test_what_the_file_says():
     network = network_from_document(parse_document(TEXT))
     assert network.free_nodes == ("foot", "top")
@@ -73,7 +60,6 @@ def test_what_the_file_says():
 
 def test_load_tells_graphs_from_legs():
     robot = rs.load(GRAPHS / f"{GRAPH_NAMES[0]}.json")
-    assert isinstance(robot, Network)
     assert isinstance(robot, rs.Network)
     document = parse_document(TEXT)
     assert is_snapshot(document)
@@ -84,8 +70,7 @@ def test_load_tells_graphs_from_legs():
 def test_the_cases_fit_the_schema(name):
     data = json.loads((GRAPHS / f"{name}.json").read_text())
     Draft202012Validator(network_schema()).validate(data)
-    network = load(GRAPHS / f"{name}.json")
-    assert isinstance(network, Network)
+    network = rs.load(GRAPHS / f"{name}.json")
     assert len(network.beams) == len(data["graph"]["beams"])
     np.testing.assert_array_equal(network.reference_point, data["reference_point"])
 
@@ -97,13 +82,12 @@ def test_the_schema_is_one():
 @pytest.mark.parametrize("name", ["hexapod", "3-rpr-beams", "six-joint-arm", "star"])
 def test_networks_are_written_and_read_back(name):
     file = Path(__file__).parents[1] / "model" / "star-platform.yaml"
-    robot = load(file if name == "star" else name)
-    assert isinstance(robot, Robot)
-    network = network_of_snapshot(find_posture(robot).snapshot.one(0))
+    robot = rs.load(file if name == "star" else name)
+    network = network_of_snapshot(rs.find_posture(robot).snapshot.one(0))
     text = json.dumps(network_to_data(network))
     again = network_from_document(parse_document(text, file="network.json"))
-    K = stiffness(network).K
-    assert np.allclose(stiffness(again).K, K, rtol=1e-9, atol=1e-9 * np.abs(K).max())
+    K = rs.stiffness(network).K
+    assert np.allclose(rs.stiffness(again).K, K, rtol=1e-9, atol=1e-9 * np.abs(K).max())
     assert again.space is network.space
 
 
@@ -111,41 +95,27 @@ def test_beams_and_welds_are_written():
     network, oracle = graph(GRAPH_NAMES[0])
     again = network_from_document(parse_document(json.dumps(network_to_data(network))))
     K = np.array(oracle["K"])
-    assert np.allclose(stiffness(again).K, K, rtol=0, atol=1e-9 * np.abs(K).max())
-    with pytest.raises(InputError, match="without compliance"):
+    assert np.allclose(rs.stiffness(again).K, K, rtol=0, atol=1e-9 * np.abs(K).max())
+    with pytest.raises(rs.InputError, match="without compliance"):
         network_to_data(replace(network, beams=(), springs=(), joints=()))
 
 
-def test_a_flexible_platform_is_written_as_a_graph():
-    robot = load(Path(__file__).parents[1] / "model" / "star-platform.yaml")
-    assert isinstance(robot, Robot)
-    with pytest.raises(InputError, match="network_to_data"):
-        snapshot_to_data(find_posture(robot).snapshot.one(0))
-
-
-def geared(sum_: dict[str, float], k: float | None, first: str = "a") -> Network:
+def geared(sum_: dict[str, float], k: float | None) -> Network:
     """A slide with a spring, and on another one a body that slides and turns, geared to it."""
     slide = {"kind": "P", "point": [0, 0, 0], "axis": [1, 0, 0]}
     turn = {"kind": "R", "point": [0, 0.3, 0], "axis": [1, 0, 0]}
-    data = {
-        "name": "gear",
-        "reference_point": [0, 0.3, 0],
-        "graph": {
-            "nodes": {"wall": [0, 0, 0], "rack": [0.2, 0, 0], "table": [0, 0.3, 0]},
-            "fixed": ["wall"],
-            "platform": "table",
-            "joints": [
-                {"name": first, "a": "wall", "b": "rack", "dofs": [{**slide, "k": 3e5}]},
-                {
-                    "name": "b",
-                    "a": "wall",
-                    "b": "table",
-                    "dofs": [{**slide, "point": [0, 0.3, 0], "k": None}, {**turn, "k": None}],
-                },
-            ],
-            "couplings": [{"name": "gear", "sum": sum_, "k": k}],
-        },
+    both = [{**slide, "point": [0, 0.3, 0], "k": None}, {**turn, "k": None}]
+    graph = {
+        "nodes": {"wall": [0, 0, 0], "rack": [0.2, 0, 0], "table": [0, 0.3, 0]},
+        "fixed": ["wall"],
+        "platform": "table",
+        "joints": [
+            {"name": "a", "a": "wall", "b": "rack", "dofs": [{**slide, "k": 3e5}]},
+            {"name": "b", "a": "wall", "b": "table", "dofs": both},
+        ],
+        "couplings": [{"name": "gear", "sum": sum_, "k": k}],
     }
+    data = {"name": "gear", "reference_point": [0, 0.3, 0], "graph": graph}
     Draft202012Validator(network_schema()).validate(data)
     text = json.dumps(data)
     again = json.dumps(network_to_data(network_from_document(parse_document(text))))
@@ -160,15 +130,6 @@ def test_a_gear_between_joints_of_different_legs(motion: str, row: int, k: float
     network = geared({motion: 1.0, "a": -r}, k)
     table, unit = [("table", network.reference_point)], np.eye(6)
     C = compliance_between(network, table, loads=unit[:, [row]])
-    assert np.isclose(C[0, 0], r**2 / 3e5 + (0.0 if k is None else 1 / k), rtol=1e-10)
-    with pytest.raises(NoAnswerError):  # the other motion of the joint is free
+    assert np.isclose(C[0, 0], r**2 / 3e5 + (0.0 if k is None else 1 / k), rtol=1e-10, atol=0)
+    with pytest.raises(rs.NoAnswerError):  # the other motion of the joint is free
         compliance_between(network, table, loads=unit[:, [3 - row]])
-
-
-def test_gears_of_graphs_have_errors_with_a_place():
-    with pytest.raises(FileError, match=r"couplings\[0\]\.sum\.b: motion of a joint.*b/dof1"):
-        geared({"b": 1.0, "a": 1.0}, None)
-    with pytest.raises(FileError, match="a number other than zero"):
-        geared({"b/dof1": 0.0, "a": 1.0}, None)
-    with pytest.raises(FileError, match="got 'b/dof1', expected a name of one motion"):
-        geared({"b/dof1": 1.0, "b/dof2": 1.0}, None, first="b/dof1")

@@ -5,14 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robostiff import Robot, Status, deflection, load, stiffness
-from robostiff.elasticity import Elasticity
-from robostiff.kinematics import find_posture
+import robostiff as rs
 from robostiff.network import JointElement, Network, Node, SpringElement, network_of_snapshot
 from tests.network.frames import GRAPH_NAMES, ball, graph, nodes, sliding, turning
 
 LOAD = np.array([100.0, -50, 300, 10, 20, -30])
-SOFT = Elasticity(np.diag([1e-6, 2e-6, 3e-6, 1e-5, 2e-5, 3e-5]))
+SOFT = rs.Elasticity(np.diag([1e-6, 2e-6, 3e-6, 1e-5, 2e-5, 3e-5]))
 STAR = str(Path(__file__).parents[1] / "model" / "star-platform.yaml")
 
 
@@ -20,11 +18,10 @@ STAR = str(Path(__file__).parents[1] / "model" / "star-platform.yaml")
     "name", ["hexapod", "3-puu", "six-joint-arm", "3-rrr", pytest.param(STAR, id="star-platform")]
 )
 def test_robots_bend_like_their_networks(name):
-    robot = load(name)
-    assert isinstance(robot, Robot)
+    robot = rs.load(name)
     F = LOAD if robot.space.size == 6 else LOAD[:3]
-    network = network_of_snapshot(find_posture(robot).snapshot.one(0))
-    bent, expected = deflection(network, wrench=F), deflection(robot, wrench=F)
+    network = network_of_snapshot(rs.find_posture(robot).snapshot.one(0))
+    bent, expected = rs.deflection(network, wrench=F), rs.deflection(robot, wrench=F)
     assert np.allclose(bent.twist, expected.twist, rtol=1e-9, atol=1e-9 * np.abs(bent.twist).max())
     energies = {(p.leg, p.part): p.energy for p in bent.parts}
     for part in expected.parts:
@@ -48,9 +45,9 @@ def test_robots_bend_like_their_networks(name):
 @pytest.mark.parametrize("name", GRAPH_NAMES)
 def test_energies_add_up_to_the_work_of_the_load(name):
     network, _ = graph(name)
-    K = stiffness(network).K
+    K = rs.stiffness(network).K
     F = K @ np.array([1e-5, 2e-5, -1e-5, 1e-4, -2e-4, 1e-4])
-    bent = deflection(network, wrench=F)
+    bent = rs.deflection(network, wrench=F)
     assert bent.energy == pytest.approx(0.5 * F @ bent.twist)
     assert sum(part.energy for part in bent.parts) == pytest.approx(bent.energy, rel=1e-9)
     assert sum(part.share for part in bent.parts) == pytest.approx(1.0)
@@ -58,8 +55,8 @@ def test_energies_add_up_to_the_work_of_the_load(name):
 
 def test_a_load_that_drives_a_free_motion():
     network, _ = graph("h_parallelogram_square")
-    free = stiffness(network).free_motions[0].twist
-    assert Status.UNBALANCED in deflection(network, wrench=free).status
+    free = rs.stiffness(network).free_motions[0].twist
+    assert rs.Status.UNBALANCED in rs.deflection(network, wrench=free).status
 
 
 def test_a_door_that_is_rigid_and_free_carries_what_does_not_turn_it():
@@ -68,14 +65,14 @@ def test_a_door_that_is_rigid_and_free_carries_what_does_not_turn_it():
     hinge = (turning([0, 0, 0], [0, 0, 1]), sliding([0, 0, 0], [0, 0, 1], 2e5))
     joint = JointElement("hinge", "wall", "door", hinge)
     network = Network("door", (wall, door), ("wall",), "door", door.point, joints=(joint,))
-    result = stiffness(network)
-    assert result.status == Status.RIGID_DIRECTION | Status.FREE_MOTIONS
-    bent = deflection(network, wrench=[40.0, 0, -10, 0, 0, 0])
+    result = rs.stiffness(network)
+    assert result.status == rs.Status.RIGID_DIRECTION | rs.Status.FREE_MOTIONS
+    bent = rs.deflection(network, wrench=[40.0, 0, -10, 0, 0, 0])
     assert np.allclose(bent.twist, [0, 0, -5e-5, 0, 0, 0], rtol=0, atol=1e-18)
     assert bent.energy == pytest.approx(0.5 * 10 * 5e-5)
     (reaction,) = bent.reactions
     assert np.allclose(reaction.wrench, [40, 0, -10, 0, 10, 0])
-    assert Status.UNBALANCED in deflection(network, wrench=[0, 1.0, 0, 0, 0, 0]).status
+    assert rs.Status.UNBALANCED in rs.deflection(network, wrench=[0, 1.0, 0, 0, 0, 0]).status
 
 
 def test_forces_at_bodies_move_a_free_platform_least():
@@ -86,12 +83,12 @@ def test_forces_at_bodies_move_a_free_platform_least():
     network = Network(
         "swing", (wall, post, swing), ("wall",), "swing", swing.point, (), (mount,), (hinge,)
     )
-    bent = deflection(network, loads={"post": [100.0, 0, 0]})
-    assert bent.status == Status.FREE_MOTIONS
+    bent = rs.deflection(network, loads={"post": [100.0, 0, 0]})
+    assert bent.status == rs.Status.FREE_MOTIONS
     assert np.allclose(bent.twist[:3], [1e-4, 0, 0], rtol=0, atol=1e-15)
     assert abs(bent.twist[5]) < 1e-15
     assert bent.energy == pytest.approx(0.5 * 100 * 1e-4)
-    at_platform = deflection(network, wrench=[100.0, 0, 0, 0, 0, 0])
+    at_platform = rs.deflection(network, wrench=[100.0, 0, 0, 0, 0, 0])
     assert np.allclose(at_platform.twist, bent.twist, rtol=0, atol=1e-15)
 
 
@@ -115,7 +112,7 @@ def test_joints_that_brace_one_another_have_no_reaction_of_their_own():
         springs=springs,
         joints=(*hinges, latch),
     )
-    F = stiffness(network).K @ np.array([1e-5, 2e-5, 3e-5, 1e-4, 2e-4, 0])
-    bent = deflection(network, wrench=F)
+    F = rs.stiffness(network).K @ np.array([1e-5, 2e-5, 3e-5, 1e-4, 2e-4, 0])
+    bent = rs.deflection(network, wrench=F)
     assert [reaction.leg for reaction in bent.reactions] == ["latch"]
     assert sum(part.energy for part in bent.parts) == pytest.approx(bent.energy, rel=1e-9)

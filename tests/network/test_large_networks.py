@@ -6,26 +6,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from robostiff.elasticity import circle, material
+import robostiff as rs
 from robostiff.elastostatics import DEFAULT_TOLERANCE
 from robostiff.model import Passive, PlacedFreedom
-from robostiff.network import (
-    JointElement,
-    Network,
-    Node,
-    beam_between,
-    condense,
-    network_under_loads,
-)
+from robostiff.network import JointElement, Node, beam_between, condense, network_under_loads
 from robostiff.network.equations import equations_of
 from robostiff.network.saddle_point import saddle_point_system
 from tests.network.frames import lattice
 from tests.network.test_networks import hinged_lattice
 
-STEEL, BAR = material("steel"), circle(0.02)
+STEEL, BAR = rs.material("steel"), rs.circle(0.02)
 
 
-def stiff_and_soft(cells: int) -> Network:
+def stiff_and_soft(cells: int) -> rs.Network:
     """A lattice in which every third beam is of rubber, every fifth is stiffer."""
     welded = lattice(cells)
     factors = [1e4 if k % 3 == 0 else 1e-2 if k % 5 == 0 else 1.0 for k in range(10**5)]
@@ -82,9 +75,9 @@ def test_a_chain_of_a_thousand_beams_is_one_beam():
     nodes = [Node(str(i), np.array([length * i / count, 0, 0])) for i in range(count + 1)]
     beams = [beam_between(a, b, STEEL, BAR) for a, b in pairwise(nodes)]
     tip = nodes[-1]
-    network = Network("chain", tuple(nodes), ("0",), tip.name, tip.point, tuple(beams))
+    network = rs.Network("chain", tuple(nodes), ("0",), tip.name, tip.point, tuple(beams))
     K = condense(network).K
     whole = beam_between(nodes[0], tip, STEEL, BAR)
-    one = condense(Network("beam", (nodes[0], tip), ("0",), tip.name, tip.point, (whole,))).K
+    one = condense(rs.Network("beam", (nodes[0], tip), ("0",), tip.name, tip.point, (whole,))).K
     size = np.sqrt(np.outer(np.diag(one), np.diag(one)))
     assert np.max(np.abs(K - one) / size) < 1e-9

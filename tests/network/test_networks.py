@@ -10,8 +10,6 @@ import robostiff as rs
 from robostiff.analysis import stiffness
 from robostiff.analysis.verification import matrix_distance
 from robostiff.elasticity import Elasticity, beam_stiffness, elasticity_from_stiffness
-from robostiff.elastostatics import Status
-from robostiff.errors import NoAnswerError
 from robostiff.kinematics import with_masses
 from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import (
@@ -124,8 +122,8 @@ def test_a_pendulum_on_the_platform_changes_nothing():
     )
     result = condense(hanging)
     assert matrix_distance(result.K, condense(network).K, 1.0) < 1e-13
-    assert result.status == Status.REDUNDANT_JOINTS
-    with pytest.raises(NoAnswerError, match="node 'bob'"):
+    assert result.status == rs.Status.REDUNDANT_JOINTS
+    with pytest.raises(rs.NoAnswerError, match="node 'bob'"):
         compliance_between(hanging, [("bob", bob.point)])
     # A load along the hinge's axis does no work on the swing of the bob.
     axis = np.array([1.0, 2.0, 0.0, 0, 0, 0])[:, None] / np.sqrt(5)
@@ -134,7 +132,7 @@ def test_a_pendulum_on_the_platform_changes_nothing():
     at_hinge[3:] -= at_hinge[3:] @ axis[:3, 0] * axis[:3, 0]
     C = compliance_between(network, [("n1", ENDS[1])])
     assert work.item() == pytest.approx(at_hinge @ C @ at_hinge, rel=1e-9)
-    with pytest.raises(NoAnswerError, match="of load 0"):
+    with pytest.raises(rs.NoAnswerError, match="of load 0"):
         compliance_between(hanging, [("bob", bob.point)], loads=np.eye(6)[:, [3]])
 
 
@@ -157,7 +155,7 @@ def test_more_hinges_on_one_axis_brace_one_another_without_load(hinges):
     one = condense(door(1, None))
     many = condense(door(hinges, None))
     assert matrix_distance(many.K, one.K, 1.0) < 1e-13
-    assert many.status == one.status == Status.FREE_MOTIONS
+    assert many.status == one.status == rs.Status.FREE_MOTIONS
     assert int(many.rank) == 5
 
 
@@ -215,11 +213,11 @@ def test_a_platform_held_by_rigid_parts_alone_has_rigid_directions():
     result = stiffness(
         Network("table", (wall, table), ("wall",), "table", table.point, joints=(joint,))
     )
-    assert result.status == Status.RIGID_DIRECTION
+    assert result.status == rs.Status.RIGID_DIRECTION
     assert len(result.rigid_directions) == 5
-    with pytest.raises(NoAnswerError):
+    with pytest.raises(rs.NoAnswerError):
         _ = result.K
-    with pytest.raises(NoAnswerError):
+    with pytest.raises(rs.NoAnswerError):
         energy_stiffness(
             Network("t", (wall, table), ("wall",), "table", table.point, joints=(joint,))
         )
@@ -343,6 +341,9 @@ def test_a_tapered_beam_sinks_under_its_weight_as_by_integrals(tmp_path):
     beyond = [np.cumsum((weight * area * own)[::-1])[::-1] * step for own in (1, x)]
     bend = (beyond[1] - x * beyond[0]) / (E * np.pi * d**4 / 64)
     sunk = rs.deflection(bar, gravity=[2.0, 0, -9.0]).twist
-    assert np.allclose(sunk[[2, 4]], [-np.sum(bend * (0.3 - x)) * step, np.sum(bend) * step], 1e-6)
-    stretch = np.sum(beyond[0] / (E * area)) * step * 2.0 / 9.0
-    assert np.isclose(sunk[0], stretch, rtol=1e-6)
+    assert np.allclose(
+        sunk[[2, 4]], [-np.sum(bend * (0.3 - x)) * step, np.sum(bend) * step], 1e-6, 0
+    )
+    # Of the slice itself, half lies beyond its middle.
+    stretch = np.sum((beyond[0] - weight * area * step / 2) / (E * area)) * step * 2 / 9
+    assert np.isclose(sunk[0], stretch, rtol=1e-6, atol=0)

@@ -7,16 +7,9 @@ import pytest
 import sympy as sp
 from scipy.spatial.transform import Rotation
 
+import robostiff as rs
 from robostiff.analytic import canonical, rank_formula
-from robostiff.elastostatics import (
-    Block,
-    Recursive,
-    SaddlePoint,
-    aggregate_matrices,
-    chain_stiffness,
-    eliminate_block,
-    saddle_point_matrix,
-)
+from robostiff.elastostatics import aggregate_matrices, eliminate_block, saddle_point_matrix
 from robostiff.spatial import block_rotation, rotate_stiffness, skew, twist_transport
 from tests.cases.metric import distance
 from tests.generators.chains import (
@@ -50,7 +43,7 @@ def test_solution_is_the_static_equilibrium(seed: int):
     theta = np.linalg.solve(K_theta, J_theta.T @ F)
     assert np.abs(J_theta @ theta + J_q @ q - t).max() <= 1e-10 * np.abs(t).max()
     assert np.abs(J_q.T @ F).max() <= 1e-7 * np.abs(F).max()
-    K = chain_stiffness(C, J_q).K  # eq. (8)
+    K = rs.chain_stiffness(C, J_q).K  # eq. (8)
     assert np.abs(K @ t - F).max() <= 1e-6 * np.abs(F).max()
 
 
@@ -60,7 +53,7 @@ def test_upper_left_block(joints: int):
     size = np.trace(C)
     S = saddle_point_matrix(C / size, J_q)
     K = np.linalg.inv(S)[:6, :6] / size
-    result = chain_stiffness(C, J_q, form=SaddlePoint())
+    result = rs.chain_stiffness(C, J_q, form=rs.SaddlePoint())
     assert distance(K, result.K, sizes_of=np.linalg.inv(C)) <= 1e-9
     assert S.shape == (6 + joints, 6 + joints)
     assert np.array_equal(S, S.T)
@@ -70,7 +63,7 @@ def test_eq_7_does_not_need_six_springs():
     rng = np.random.default_rng(3)
     J_theta, J_q = rng.normal(size=(6, 2)), rng.normal(size=(6, 4))
     C = J_theta @ J_theta.T
-    result = chain_stiffness(C, J_q, form=SaddlePoint())
+    result = rs.chain_stiffness(C, J_q, form=rs.SaddlePoint())
     assert int(result.rank) == 2
     assert np.linalg.matrix_rank(result.K, tol=1e-9 * np.abs(result.K).max()) == 2
 
@@ -80,9 +73,9 @@ def test_eq_9_is_eq_7(joints: int):
     C, J_q = chain(joints, joints).matrices()
     K0 = np.linalg.inv(C)
     printed = K0 - K0 @ J_q @ np.linalg.inv(J_q.T @ K0 @ J_q) @ J_q.T @ K0
-    for K in (eliminate_block(K0, J_q), chain_stiffness(C, J_q, form=Block()).K):
+    for K in (eliminate_block(K0, J_q), rs.chain_stiffness(C, J_q, form=rs.Block()).K):
         assert distance(K, printed, sizes_of=K0) <= 1e-9
-    assert distance(printed, chain_stiffness(C, J_q).K, sizes_of=K0) <= 1e-9
+    assert distance(printed, rs.chain_stiffness(C, J_q).K, sizes_of=K0) <= 1e-9
 
 
 def test_frobenius_formula_with_symbols():
@@ -114,7 +107,7 @@ def test_any_grouping(groups: tuple[tuple[int, ...], ...]):
         J = J_q[:, list(group)]
         K = K - K @ J @ np.linalg.inv(J.T @ K @ J) @ J.T @ K
     assert distance(K, all_at_once, sizes_of=K0) <= 1e-9
-    result = chain_stiffness(C, J_q, form=Recursive(groups=groups))
+    result = rs.chain_stiffness(C, J_q, form=rs.Recursive(groups=groups))
     assert distance(result.K, all_at_once, sizes_of=K0) <= 1e-9
 
 

@@ -24,11 +24,9 @@ from robostiff.elasticity import (
     elasticity_from_compliance,
     tapered_compliance,
 )
-from robostiff.errors import InputError
 from robostiff.kinematics import PostureFinder
 from robostiff.model import Actuated, Chain, Link, PlacedMass, revolute
 from robostiff.network import Node, beam_between, network_of_snapshot
-from robostiff.spatial import Frame
 from robostiff_interop import opensees_script
 from tests.cases.metric import distance
 from tests.network.frames import graph
@@ -75,7 +73,6 @@ def by_opensees() -> Iterator[Callable[..., np.ndarray]]:
 @pytest.mark.parametrize("name", AGREEMENT, ids=lambda name: Path(name).stem)
 def test_robot_at_a_general_pose(name, by_opensees):
     robot = load(name)
-    assert isinstance(robot, Robot)
     finder = PostureFinder(robot)
     if robot.is_serial:
         home = robot.legs[0].chain.home
@@ -91,7 +88,6 @@ def test_robot_at_a_general_pose(name, by_opensees):
 def test_natural_frequencies_of_a_robot(name, by_opensees):
     """Points of mass where the parts of the legs meet, and on the platform."""
     robot = load(name)
-    assert isinstance(robot, Robot)
     finder = PostureFinder(robot)
     start = robot.legs[0].chain.home + 0.4 if robot.is_serial else None
     pose = JointCoordinates(start) if start is not None else random_poses(name, finder, 2)[0]
@@ -169,7 +165,7 @@ def test_matrices_that_are_no_beam_are_no_beam_in_opensees(off):
         C[0, 4] = C[4, 0] = 0.3 * np.sqrt(C[0, 0] * C[4, 4])
     link = Link(np.array([1.0, 0, 0]), elasticity_from_compliance(C), np.eye(3), "arm")
     turn = revolute([0, 0, 1], Actuated(1e5), name="hinge")
-    arm = Robot("arm", (Leg("arm", Frame.identity(), Chain((turn, link)), Frame.identity()),))
+    arm = Robot("arm", (Leg("arm", rs.Frame.identity(), Chain((turn, link)), rs.Frame.identity()),))
     network = network_of_snapshot(PostureFinder(arm).find(None).snapshot.one(0))
-    with pytest.raises(InputError, match="a uniform beam, or a spring along its own axes"):
+    with pytest.raises(rs.InputError, match="a uniform beam, or a spring along its own axes"):
         opensees_script(network)

@@ -9,16 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
-from robostiff.model import (
-    Chain,
-    Leg,
-    PlacedBlock,
-    PlacedFreedom,
-    PlacedLeg,
-    PlacedSpring,
-    Snapshot,
-    parallelogram,
-)
+from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring, parallelogram
 from robostiff.plot.displacement import BodyMotion, Motions, motion_under
 from robostiff.plot.picture import LineWeight, Path
 from robostiff.plot.posed_robot import picture_of_posed
@@ -28,8 +19,11 @@ from tests.plot.machines import HERE, LOAD, robot, turn, twist_about
 BENDING = ("hexapod", "3-puu", "3-rrr", "tripteron")
 
 
-def snapshot_of(name: str) -> Snapshot:
-    return rs.find_posture(robot(name)).snapshot.one(0)
+def under_load(name: str) -> tuple[rs.Snapshot, rs.Deflection, Motions]:
+    machine = robot(name)
+    bent = rs.deflection(machine, wrench=np.array(LOAD)[list(machine.space.rows)])
+    snapshot = rs.find_posture(machine).snapshot.one(0)
+    return snapshot, bent, motion_under(snapshot, bent)
 
 
 @pytest.mark.parametrize("name", rs.shipped_robots())
@@ -54,7 +48,7 @@ def bodies_of(leg: PlacedLeg, motions: Motions) -> list[BodyMotion]:
     return [still, *(motions[f"{leg.name}/{own.name}"] for own in leg.elements)]
 
 
-def lines_of(snapshot: Snapshot, bent: rs.Deflection, scale: float) -> dict[str, list[Path]]:
+def lines_of(snapshot: rs.Snapshot, bent: rs.Deflection, scale: float) -> dict[str, list[Path]]:
     """The lines of every leg from base to platform [m]."""
     picture = picture_of_posed(snapshot, bent, rs.plot.Colouring.NONE, exaggeration=scale)
     metre = 1e-3 if "mm" in picture.axes[0] else 1.0
@@ -103,10 +97,7 @@ def test_legs_of_random_robots_close(free: FreeRobot, seed: int):
 @pytest.mark.parametrize("name", BENDING)
 def test_every_joint_moves_only_as_it_may(name: str):
     """Across a passive or an elastic joint, the two bodies differ by its own twist alone."""
-    machine = robot(name)
-    bent = rs.deflection(machine, wrench=np.array(LOAD)[list(machine.space.rows)])
-    snapshot = snapshot_of(name)
-    motions = motion_under(snapshot, bent)
+    snapshot, _, motions = under_load(name)
     for leg in snapshot.legs:
         bodies = bodies_of(leg, motions)
         for i, element in enumerate(leg.elements):
@@ -126,11 +117,8 @@ def test_every_joint_moves_only_as_it_may(name: str):
 @pytest.mark.parametrize("name", BENDING)
 def test_springs_give_way_as_their_compliance_says(name: str):
     """Half of force times deflection of every spring is the energy that its part reports."""
-    machine = robot(name)
-    bent = rs.deflection(machine, wrench=np.array(LOAD)[list(machine.space.rows)])
-    snapshot = snapshot_of(name)
+    snapshot, bent, motions = under_load(name)
     energies = {(part.leg, part.part): part.energy for part in bent.parts}
-    motions = motion_under(snapshot, bent)
     for leg in snapshot.legs:
         bodies = bodies_of(leg, motions)
         for i, element in enumerate(leg.elements):
@@ -166,9 +154,7 @@ def test_cantilever_bends_as_its_textbook_line():
 
 
 def test_members_run_from_base_to_platform_without_gaps():
-    snapshot = snapshot_of("hexapod")
-    bent = rs.deflection(robot("hexapod"), wrench=LOAD)
-    motions = motion_under(snapshot, bent)
+    snapshot, bent, motions = under_load("hexapod")
     for scale in (0.0, 1000.0):
         drawn = lines_of(snapshot, bent, scale)
         for leg in snapshot.legs:
@@ -184,14 +170,14 @@ def test_all_branches_of_a_block_are_joined_to_a_block_behind_it():
     near, far = (rs.revolute([0, 1, 0], rs.Passive(), name=name) for name in ("near", "far"))
     blocks = [
         parallelogram(
-            Chain((near, rs.beam_link(bar, rs.material("steel"), rs.circle(0.02)), far)), across
+            rs.Chain((near, rs.beam_link(bar, rs.material("steel"), rs.circle(0.02)), far)), across
         )
         for bar, across in (([0, 0, 0.3], [0.1, 0, 0]), ([0.4, 0, 0], [0, 0, 0.1]))
     ]
-    chain = Chain((blocks[0], replace(blocks[1], name="second")))
+    chain = rs.Chain((blocks[0], replace(blocks[1], name="second")))
     still = rs.Frame.identity()
     home = rs.Frame(np.eye(3), np.array([0.4, 0, 0.3]))
-    arm = rs.Robot("arm", (Leg("arm", still, chain, still),), home=home)
+    arm = rs.Robot("arm", (rs.Leg("arm", still, chain, still),), home=home)
     picture = picture_of_posed(rs.find_posture(arm).snapshot.one(0))
     paths = [item.points for item in picture.items if isinstance(item, Path)]
     ends = np.array([path[i] for path in paths for i in (0, -1)])

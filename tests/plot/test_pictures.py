@@ -124,11 +124,6 @@ def test_ellipsoids_keep_the_scale_of_an_earlier_picture():
     assert any(isinstance(x, Mesh) for x in first.items["ellipsoid of displacements"])
 
 
-def test_a_pose_out_of_reach_has_no_picture():
-    with pytest.raises(rs.NoAnswerError, match="no picture of '3-rrr'"):
-        shown("3-rrr", [5.0, 0, 0], [0.0, 0, 0])
-
-
 BLOCKS = {
     Quality.COMPLIANCE: ("C", slice(0, 3)),
     Quality.STIFFNESS: ("K", slice(0, 3)),

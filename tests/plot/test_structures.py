@@ -253,10 +253,3 @@ def test_matplotlib_draws_it(curve):
     assert axes.get_xlabel().startswith("dx")
     styles = [line.get_linestyle() for line in axes.get_lines()]
     assert styles == ["-", "--", "None"]  # equilibria at the given loads are marks alone
-
-
-def test_slips(curve):
-    with pytest.raises(rs.InputError, match="expected dx, dy, rz"):
-        rs.plot.load_curve(curve, "dz")
-    with pytest.raises(rs.InputError, match=r"what rs.load_path returns"):
-        rs.plot.load_curve(curve[["K"]])

@@ -115,9 +115,12 @@ IMPORTS: dict[str, tuple[set[str], str]] = {
     ),
     "rs.stiffness(rs.load('hexapod')).K": (
         {
-            *("robostiff.model.cable", "robostiff.io.model_file.cables"),
-            *("robostiff.network.network", "robostiff.linkage.linkage"),
-            *("robostiff.kinematics.formula", "robostiff.kinematics.postures"),
+            "robostiff.model.cable",
+            "robostiff.io.model_file.cables",
+            "robostiff.network.network",
+            "robostiff.linkage.linkage",
+            "robostiff.kinematics.formula",
+            "robostiff.kinematics.postures",
         },
         "model.robot",
     ),

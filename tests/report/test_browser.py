@@ -9,7 +9,7 @@ import pytest
 import robostiff as rs
 from robostiff.report import write_report
 from tests.report.browsing import chromium, opened
-from tests.report.machines import shipped, with_symbols
+from tests.report.machines import with_symbols
 
 pytestmark = pytest.mark.needs("Chromium", "Playwright")
 POSE, LOAD = [0.06, 0.02, 0.9, 0, 0.17, 0], [300, 100, -200, 0, 0, 0]
@@ -26,7 +26,7 @@ def browser():
 def planar_map():
     # wide enough for poses out of reach
     grid = rs.Grid(x=rs.Axis(-0.6, 0.6, 9), y=rs.Axis(-0.6, 0.6, 7), rz=rs.Axis(-0.2, 0.2, 3))
-    return rs.stiffness_map(shipped("3-rrr"), grid, [rs.Quantity.WORST_DEFLECTION])
+    return rs.stiffness_map(rs.load("3-rrr"), grid, [rs.Quantity.WORST_DEFLECTION])
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def planar(browser, planar_page):
 @pytest.fixture(scope="module")
 def spatial(browser, tmp_path_factory):
     path = tmp_path_factory.mktemp("reports") / "spatial.html"
-    write_report(shipped("hexapod"), path, POSE, wrench=LOAD)
+    write_report(rs.load("hexapod"), path, POSE, wrench=LOAD)
     return opened(browser, path)
 
 
@@ -78,7 +78,7 @@ def test_nothing_is_fetched_and_nothing_goes_wrong(name, request):
 
 
 def test_matrices_of_the_page_are_those_of_the_library(spatial):
-    result = rs.stiffness(shipped("hexapod"), POSE)
+    result = rs.stiffness(rs.load("hexapod"), POSE)
     assert spatial.numbers("[data-symbol=K]") == result.K.ravel().tolist()
     C = result.compliance
     assert C is not None
@@ -86,7 +86,7 @@ def test_matrices_of_the_page_are_those_of_the_library(spatial):
 
 
 def test_deflection_of_the_page_is_that_of_the_library(spatial):
-    bent = rs.deflection(shipped("hexapod"), POSE, LOAD)
+    bent = rs.deflection(rs.load("hexapod"), POSE, LOAD)
     loads_and_moves = np.reshape(
         spatial.numbers("#load .side-by-side > div:first-of-type"), (-1, 2)
     )[:6]
@@ -97,7 +97,7 @@ def test_deflection_of_the_page_is_that_of_the_library(spatial):
 
 
 def test_weakest_directions_of_the_page_are_those_of_the_library(spatial):
-    principal = rs.indices(rs.stiffness(shipped("hexapod"), POSE)).principal
+    principal = rs.indices(rs.stiffness(rs.load("hexapod"), POSE)).principal
     shown = spatial.numbers("#weakest .side-by-side > div:first-of-type")[:6]
     assert shown == [*principal.translational.tolist(), *principal.rotational.tolist()]
 

@@ -9,7 +9,6 @@ from click.testing import CliRunner
 
 import robostiff as rs
 from robostiff.cli.main import app
-from robostiff.errors import InputError
 from robostiff.report import (
     TitleBlock,
     described_by,
@@ -18,11 +17,10 @@ from robostiff.report import (
     report_pdf,
     report_typst,
     save_report,
-    write_report,
 )
 from robostiff.robots import robot_file
 from tests.project.shown_output import ROOT
-from tests.report.machines import shipped, with_symbols
+from tests.report.machines import with_symbols
 
 PLANAR_LOAD = [100, 20, 3]
 
@@ -34,7 +32,7 @@ def in_a_folder(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def planar():
-    return report_contents(shipped("3-rpr"), wrench=PLANAR_LOAD)
+    return report_contents(rs.load("3-rpr"), wrench=PLANAR_LOAD)
 
 
 def run(*arguments: str):
@@ -55,7 +53,7 @@ def test_a_page_and_a_pdf_or_a_pdf_alone(tmp_path):
 
 def test_a_report_with_every_section_has_few_pages_and_says_the_formula_once():
     typst = pytest.importorskip("typst")
-    robot = shipped("hexapod")
+    robot = rs.load("hexapod")
     grid = rs.Grid(x=rs.Axis(-0.1, 0.1, 3), y=rs.Axis(-0.1, 0.1, 3))
     contents = report_contents(
         robot,
@@ -78,7 +76,7 @@ def test_a_report_with_every_section_has_few_pages_and_says_the_formula_once():
 
 def test_a_wide_matrix_scrolls_by_itself():
     contents = report_contents(
-        shipped("gough-stewart-b"), wrench=[0, 0, -100, 0, 0, 0], finite=True
+        rs.load("gough-stewart-b"), wrench=[0, 0, -100, 0, 0, 0], finite=True
     )
     before = re.findall(r"(<div[^>]*>)?\s*<table class=\"robostiff-matrix\"", report_html(contents))
     assert len(before) == 3
@@ -102,7 +100,7 @@ def test_the_exit_status_says_whether_there_are_all_answers(words, status, tmp_p
 
 def test_words_of_a_model_are_text_not_markup():
     title = '</script> & $x$ "quoted" \\'
-    odd = replace(shipped("3-rpr"), name="<b>#odd</b>", title=title)
+    odd = replace(rs.load("3-rpr"), name="<b>#odd</b>", title=title)
     contents = report_contents(odd)
     html = report_html(contents)
     assert "<b>#odd" not in html
@@ -125,7 +123,7 @@ def test_a_missing_package_is_named_and_nothing_is_written(
     package, path, hint, monkeypatch, tmp_path, planar
 ):
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(InputError, match=hint):
+    with pytest.raises(rs.InputError, match=hint):
         save_report(planar, tmp_path / path)
     assert not any(tmp_path.iterdir())
 
@@ -139,14 +137,14 @@ def test_an_old_report_stays_when_the_new_one_fails(monkeypatch, tmp_path):
 
     monkeypatch.setattr("robostiff.report.write.report_html", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        write_report(shipped("3-rpr"), path)
+        rs.write_report(rs.load("3-rpr"), path)
     assert path.read_text() == "old"
     assert [found.name for found in tmp_path.iterdir()] == ["robot.html"]
 
 
 def test_a_map_of_another_robot_is_refused(tmp_path):
     grid = rs.Grid(x=rs.Axis(-0.01, 0.01, 2), y=rs.Axis(-0.01, 0.01, 2))
-    rs.stiffness_map(shipped("3-rpr"), grid).to_netcdf("map.nc", engine="h5netcdf")
+    rs.stiffness_map(rs.load("3-rpr"), grid).to_netcdf("map.nc", engine="h5netcdf")
     outcome = run("hexapod", "--map", "map.nc", "-o", "x.html")
     assert outcome.exit_code == 2
     assert "robot of the map: got '3-rpr'" in outcome.stderr

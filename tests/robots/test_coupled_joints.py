@@ -8,94 +8,69 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.errors import InputError
 from robostiff.io.snapshot import network_to_data, snapshot_to_data
-from robostiff.kinematics import find_posture
-from robostiff.model import (
-    Actuated,
-    Chain,
-    Coordinate,
-    CoupledFreedom,
-    Coupling,
-    Leg,
-    Locked,
-    Passive,
-    Rigid,
-    Robot,
-    beam_link,
-    coupling,
-    prismatic,
-    revolute,
-    spherical,
-)
+from robostiff.model import Coordinate, CoupledFreedom
 from robostiff.network import condense, energy_stiffness, network_of_snapshot
 from robostiff.spatial import Frame, move_stiffness
 from robostiff_view.machines import RobotMachine, machine_of
 from tests.campaign.reference import reference
-from tests.files import text_of
+from tests.files import text_of, written
 
 SECTION, STEEL = rs.circle(0.03), rs.material("steel")
-GEAR = coupling("b", follows="a", ratio=-1.5, offset=0.1)
-BELT = coupling("b", follows="a", ratio=-1.5, stiffness=5e4)
+GEAR = rs.coupling("b", follows="a", ratio=-1.5, offset=0.1)
+BELT = rs.coupling("b", follows="a", ratio=-1.5, stiffness=5e4)
 MOTORS = (
-    Coupling((("a", 1.0), ("b", 1.0)), Actuated(1e4), name="left motor"),
-    Coupling((("a", 1.0), ("b", -1.0)), Actuated(2e4), name="right motor"),
+    rs.Coupling((("a", 1.0), ("b", 1.0)), rs.Actuated(1e4), name="left motor"),
+    rs.Coupling((("a", 1.0), ("b", -1.0)), rs.Actuated(2e4), name="right motor"),
 )
+FREE, SOFT, STIFF = rs.Passive(), rs.Actuated(2e4), rs.Actuated(3e4)
 CASES = {
-    "gear": ((GEAR,), Actuated(2e4), Actuated(3e4)),
-    "belt": ((BELT,), Actuated(2e4), Actuated(3e4)),
-    "belt on a rigid drive": ((BELT,), Actuated(), Passive()),
-    "gear without drive": ((GEAR,), Passive(), Actuated(3e4)),
-    "two motors": (MOTORS, Passive(), Actuated(3e4)),
-    "motor and gear": (
-        (MOTORS[0], Coupling((("a", 1.0), ("b", 2.0), ("c", -3.0)))),
-        Passive(),
-        Passive(),
-    ),
-    "train": (
-        (GEAR, coupling("c", follows="b", ratio=0.4, stiffness=7e3)),
-        Actuated(2e4),
-        Passive(),
-    ),
-    "driven follower": ((coupling("b", follows="a", ratio=-1.5),), Passive(), Actuated(3e4)),
+    "gear": ((GEAR,), SOFT, STIFF),
+    "belt": ((BELT,), SOFT, STIFF),
+    "belt on a rigid drive": ((BELT,), rs.Actuated(), FREE),
+    "gear without drive": ((GEAR,), FREE, STIFF),
+    "two motors": (MOTORS, FREE, STIFF),
+    "motor and gear": ((MOTORS[0], rs.Coupling((("a", 1.0), ("b", 2.0), ("c", -3.0)))), FREE, FREE),
+    "train": ((GEAR, rs.coupling("c", follows="b", ratio=0.4, stiffness=7e3)), SOFT, FREE),
+    "driven follower": ((rs.coupling("b", follows="a", ratio=-1.5),), FREE, STIFF),
 }
 
 
 def beam(name: str, *to: float):
-    return beam_link(to, STEEL, SECTION, name=name)
+    return rs.beam_link(to, STEEL, SECTION, name=name)
 
 
-def arm(couplings, first=None, last=None, **options) -> Robot:
+def arm(couplings, first=None, last=None, **options) -> rs.Robot:
     """Three joints askew, with beams between them."""
     elements = (
-        revolute([0, 0, 1], first or Actuated(2e4), name="a", home=(0.2,)),
+        rs.revolute([0, 0, 1], first or rs.Actuated(2e4), name="a", home=(0.2,)),
         beam("l1", 0.5, 0.1, 0),
-        revolute([0, 1, 0], Passive(), name="b"),
+        rs.revolute([0, 1, 0], rs.Passive(), name="b"),
         beam("l2", 0.3, 0, 0.1),
-        revolute([1, 0.2, 0], last or Actuated(3e4), name="c"),
+        rs.revolute([1, 0.2, 0], last or rs.Actuated(3e4), name="c"),
         beam("l3", 0.1, 0.2, 0.1),
     )
-    chain = Chain(elements, tuple(couplings))
+    chain = rs.Chain(elements, tuple(couplings))
     identity = Frame.identity()
-    return Robot("arm", (Leg("arm", identity, chain, identity),), coordinates=(), **options)
+    return rs.Robot("arm", (rs.Leg("arm", identity, chain, identity),), coordinates=(), **options)
 
 
 def apart(found: np.ndarray, expected: np.ndarray) -> float:
     return float(np.max(np.abs(found - expected)) / np.max(np.abs(expected)))
 
 
-def network_stiffness(robot: Robot, pose=None, index: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def network_stiffness(robot: rs.Robot, pose=None, index: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """K of the saddle-point system of all bodies, and of their least energy."""
-    snapshot = find_posture(robot, pose).snapshot.one(index)
+    snapshot = rs.find_posture(robot, pose).snapshot.one(index)
     network = network_of_snapshot(snapshot)
     found = condense(network)
     v = snapshot.reference_point - found.origin
     return move_stiffness(found.K, v), energy_stiffness(network)
 
 
-def in_fifty_digits(robot: Robot) -> np.ndarray:
+def in_fifty_digits(robot: rs.Robot) -> np.ndarray:
     """All joints and couplings as unknowns."""
-    snapshot = find_posture(robot).snapshot.one(0)
+    snapshot = rs.find_posture(robot).snapshot.one(0)
     (leg,) = snapshot.legs
     alone = (e.alone if isinstance(e, CoupledFreedom) else e for e in leg.elements)
     sums = [(dict(own.terms), own.role.stiffness) for own in robot.legs[0].chain.couplings]
@@ -117,15 +92,15 @@ def test_networks_and_fifty_digits_agree(case: str):
         assert apart(rs.stiffness(robot, method=form).K, result.K) < 1e-11
 
 
-def posed(chain: Chain) -> Robot:
+def posed(chain: rs.Chain) -> rs.Robot:
     identity = Frame.identity()
-    return Robot("arm", (Leg("arm", identity, chain, identity),), coordinates=())
+    return rs.Robot("arm", (rs.Leg("arm", identity, chain, identity),), coordinates=())
 
 
 LENGTH = 0.3  # of a crank
 
 
-def tripod(stiffness, *, geared: bool) -> Robot:
+def tripod(stiffness, *, geared: bool) -> rs.Robot:
     """Three legs on hinges: two rigid cranks geared 1 : -2, or the slide that they make."""
     legs = []
     for i, k in enumerate(stiffness):
@@ -133,25 +108,25 @@ def tripod(stiffness, *, geared: bool) -> Robot:
         c, s = np.cos(turn), np.sin(turn)
         around = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
         up = np.array([[0, 0, -1.0], [0, 1, 0], [1, 0, 0]])  # x of the leg
-        hinge = revolute([0, 1, 0], Passive(), name="hinge", home=(-0.1,))
+        hinge = rs.revolute([0, 1, 0], rs.Passive(), name="hinge", home=(-0.1,))
         if geared:
-            rod = Rigid(Frame(np.eye(3), np.array([LENGTH, 0, 0])), "rod")
+            rod = rs.Rigid(Frame(np.eye(3), np.array([LENGTH, 0, 0])), "rod")
             middle = (
-                revolute([0, 1, 0], Actuated(k), name="crank", home=(-0.8,)),
+                rs.revolute([0, 1, 0], rs.Actuated(k), name="crank", home=(-0.8,)),
                 rod,
-                revolute([0, 1, 0], Passive(), name="elbow"),
+                rs.revolute([0, 1, 0], rs.Passive(), name="elbow"),
                 rod,
             )
         else:
-            middle = (prismatic([1, 0, 0], Actuated(k), name="slide", home=(0.42,)),)
-        gears = (coupling("elbow", follows="crank", ratio=-2.0),) if geared else ()
-        ball = spherical(Passive(), name="ball")
-        chain = Chain((beam("foot", 0.1, 0, 0), hinge, *middle, ball), gears)
+            middle = (rs.prismatic([1, 0, 0], rs.Actuated(k), name="slide", home=(0.42,)),)
+        gears = (rs.coupling("elbow", follows="crank", ratio=-2.0),) if geared else ()
+        ball = rs.spherical(rs.Passive(), name="ball")
+        chain = rs.Chain((beam("foot", 0.1, 0, 0), hinge, *middle, ball), gears)
         base, seat = around @ np.array([0.4, 0, 0]), around @ np.array([0.35, 0, 0])
-        legs.append(Leg(f"leg{i}", Frame(around @ up, base), chain, Frame(np.eye(3), seat)))
+        legs.append(rs.Leg(f"leg{i}", Frame(around @ up, base), chain, Frame(np.eye(3), seat)))
     home = Frame(np.eye(3), np.array([0, 0, 0.5]))
     free = (Coordinate.Z, Coordinate.RX, Coordinate.RY)
-    return Robot("tripod", tuple(legs), home=home, coordinates=free)
+    return rs.Robot("tripod", tuple(legs), home=home, coordinates=free)
 
 
 POSES = np.array([[0.5, 0.0, 0.0], [0.46, 0.1, -0.05], [0.55, -0.1, 0.1]])
@@ -161,8 +136,8 @@ def test_geared_cranks_are_a_slide():
     """The tip is at 2 L cos a along a line, and the drive resists there with k / (2 L sin a)^2."""
     robot, k = tripod((1e4, 2e4, 3e4), geared=True), np.array([1e4, 2e4, 3e4])
     K = rs.stiffness(robot, POSES).K
-    slides = find_posture(tripod(k, geared=False), POSES).coordinates
-    geared = find_posture(robot, POSES).coordinates
+    slides = rs.find_posture(tripod(k, geared=False), POSES).coordinates
+    geared = rs.find_posture(robot, POSES).coordinates
     for i in range(len(POSES)):
         length = np.array([q[i, 1] for q in slides])
         a = np.arccos(length / (2 * LENGTH))
@@ -192,43 +167,45 @@ def test_a_posture_that_the_gear_allows_has_a_stiffness():
 
 def test_two_motors_without_names_are_refused():
     motors = tuple(replace(own, name="") for own in MOTORS)
-    with pytest.raises(InputError, match="'coupling of a and b', expected each name once"):
+    with pytest.raises(rs.InputError, match="'coupling of a and b', expected each name once"):
         arm(motors, *CASES["two motors"][1:])
 
 
 def test_couplings_have_no_order(tmp_path):
     """The second sum is an angle; it keeps a joint that turns where the third takes the slide."""
     elements = (
-        prismatic([1, 0.3, 0], Passive(), name="slide"),
-        revolute([0, 0, 1], Passive(), name="a"),
+        rs.prismatic([1, 0.3, 0], rs.Passive(), name="slide"),
+        rs.revolute([0, 0, 1], rs.Passive(), name="a"),
         beam("l1", 0.4, 0.1, 0.2),
-        revolute([0, 1, 0.2], Passive(), name="b"),
+        rs.revolute([0, 1, 0.2], rs.Passive(), name="b"),
         beam("l2", 0.2, 0, 0.3),
-        revolute([1, 0, 0.1], Actuated(2e4), name="drive"),
+        rs.revolute([1, 0, 0.1], rs.Actuated(2e4), name="drive"),
         beam("l3", 0.1, 0.2, 0.1),
     )
     sums = (
-        Coupling((("a", 1.0), ("drive", -1.2)), Locked(8e4)),
-        Coupling((("a", 1.0), ("slide", 0.2))),
-        Coupling((("slide", 1.0), ("b", -0.4)), Locked(6e5)),
+        rs.Coupling((("a", 1.0), ("drive", -1.2)), rs.Locked(8e4)),
+        rs.Coupling((("a", 1.0), ("slide", 0.2))),
+        rs.Coupling((("slide", 1.0), ("b", -0.4)), rs.Locked(6e5)),
     )
-    K = [rs.stiffness(posed(Chain(elements, order))).K for order in permutations(sums)]
+    K = [rs.stiffness(posed(rs.Chain(elements, order))).K for order in permutations(sums)]
     for other in K:
-        assert apart(other, network_stiffness(posed(Chain(elements, sums)))[0]) < 1e-12
-    path = tmp_path / "arm.json"
-    path.write_text(
-        json.dumps(snapshot_to_data(find_posture(posed(Chain(elements, sums))).snapshot.one(0)))
+        assert apart(other, network_stiffness(posed(rs.Chain(elements, sums)))[0]) < 1e-12
+    path = written(
+        tmp_path / "arm.json",
+        json.dumps(
+            snapshot_to_data(rs.find_posture(posed(rs.Chain(elements, sums))).snapshot.one(0))
+        ),
     )
     assert apart(rs.stiffness(rs.load(path)).K, K[0]) < 1e-12
 
 
 def test_home_coordinates_fit_the_gear():
     joints = (
-        revolute([0, 0, 1], Actuated(1e4), name="a", home=(0.2,)),
-        revolute([0, 1, 0], Passive(), name="b", home=(0.5,)),
+        rs.revolute([0, 0, 1], rs.Actuated(1e4), name="a", home=(0.2,)),
+        rs.revolute([0, 1, 0], rs.Passive(), name="b", home=(0.5,)),
         beam("l", 0.3, 0.1, 0),
     )
-    held = Chain(joints, (Coupling((("b", 1.0), ("a", 1.5)), Locked()),))
+    held = rs.Chain(joints, (rs.Coupling((("b", 1.0), ("a", 1.5)), rs.Locked()),))
     assert held.home == pytest.approx([0.2, 0.8])
     assert held.joint_coordinates(held.home) == pytest.approx([0.2, 0.5])
 
@@ -237,9 +214,7 @@ MODEL = text_of("geared-wrist.yaml")
 
 
 def model(tmp_path, text: str = MODEL, **options):
-    path = tmp_path / "wrist.yaml"
-    path.write_text(text)
-    return rs.load(path, **options)
+    return rs.load(written(tmp_path / "wrist.yaml", text), **options)
 
 
 def test_a_model_file_has_couplings(tmp_path):
@@ -247,7 +222,7 @@ def test_a_model_file_has_couplings(tmp_path):
     belt, rack = chain.couplings
     assert belt.terms == (("b", 1.0), ("a", 1.5))
     assert belt.home == pytest.approx(np.radians(10))
-    assert belt.role == Locked(5e4)
+    assert belt.role == rs.Locked(5e4)
     assert belt.name == "belt"
     assert rack.terms == (("s", 1.0), ("a", 0.005))
     assert rack.home == pytest.approx(0.02)
@@ -268,9 +243,8 @@ def test_a_ratio_may_be_a_symbol(tmp_path):
 @pytest.mark.parametrize("case", CASES)
 def test_snapshot_files_keep_couplings(case: str, tmp_path):
     robot = arm(*CASES[case])
-    snapshot = find_posture(robot).snapshot.one(0)
-    path = tmp_path / "arm.json"
-    path.write_text(json.dumps(snapshot_to_data(snapshot)))
+    snapshot = rs.find_posture(robot).snapshot.one(0)
+    path = written(tmp_path / "arm.json", json.dumps(snapshot_to_data(snapshot)))
     read = rs.load(path)
     assert apart(rs.stiffness(read).K, rs.stiffness(robot).K) < 1e-11
     by_rows = condense(network_of_snapshot(read))
@@ -281,7 +255,7 @@ def test_snapshot_files_keep_couplings(case: str, tmp_path):
 
 
 def test_errors_of_couplings_in_snapshot_files(tmp_path):
-    data = snapshot_to_data(find_posture(arm((BELT,))).snapshot.one(0))
+    data = snapshot_to_data(rs.find_posture(arm((BELT,))).snapshot.one(0))
     path = tmp_path / "arm.json"
     for change, words in (
         ({"sum": {"b": 1, "x": 2}}, "a joint of the same chain"),
@@ -289,7 +263,7 @@ def test_errors_of_couplings_in_snapshot_files(tmp_path):
     ):
         own = {**data["legs"][0]["couplings"][0], **change}
         path.write_text(json.dumps({**data, "legs": [{**data["legs"][0], "couplings": [own]}]}))
-        with pytest.raises(InputError, match=rf"couplings\[0\].*{words}"):
+        with pytest.raises(rs.InputError, match=rf"couplings\[0\].*{words}"):
             rs.load(path)
 
 

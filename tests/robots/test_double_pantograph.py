@@ -6,14 +6,10 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.elasticity import circle
-from robostiff.elastostatics import Status
 from robostiff.linkage import Linkage
-from robostiff.model import Passive, prismatic
-from robostiff.network import Network
 
 BAR, SPAN, SCREW = 0.5, 0.4, 1e6
-E, SECTION = 70e9, circle(0.030)
+E, SECTION = 70e9, rs.circle(0.030)
 
 
 def linkage(k: float = SCREW) -> Linkage:
@@ -22,7 +18,7 @@ def linkage(k: float = SCREW) -> Linkage:
 
 def test_it_loads_by_its_name_as_a_network():
     network = rs.load("double-pantograph")
-    assert isinstance(network, Network)
+    assert isinstance(network, rs.Network)
     assert rs.verify(network).agree
     assert rs.shipped_linkages() == ("double-pantograph",)
     at_home = rs.compliance(rs.network_at(linkage()))
@@ -65,9 +61,9 @@ def test_the_screw_is_compliant_by_its_transmission(stroke):
 
 def test_without_its_screw_it_collapses_upright():
     given = linkage()
-    loose = prismatic([1, 0, 0], Passive(), name="screw")
+    loose = rs.prismatic([1, 0, 0], rs.Passive(), name="screw")
     connections = (replace(c, element=loose) if c.name == "screw" else c for c in given.connections)
     network = rs.network_at(replace(given, connections=tuple(connections)), {"screw": -0.1})
     result = rs.stiffness(network)
-    assert result.status == Status.FREE_MOTIONS
+    assert result.status == rs.Status.FREE_MOTIONS
     assert [str(motion) for motion in result.free_motions] == ["translation along z"]

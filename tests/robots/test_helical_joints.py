@@ -9,10 +9,8 @@ import pytest
 
 import robostiff as rs
 from robostiff.analytic.export import python_function
-from robostiff.errors import InputError
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
-from robostiff.kinematics import JointCoordinates
 from robostiff.model import Chain, Leg, Passive, PlacedFreedom, PlacedLeg, Snapshot
 from robostiff.plot.displacement import motion_under
 from robostiff.robots import robot_file
@@ -135,23 +133,23 @@ def load_arm(pitch: str = "20 mm", more: str = "", **options) -> rs.Robot:
 def test_an_arm_posed_by_its_joints_in_numbers_and_kernel():
     robot = load_arm()
     q = np.array([[0.3, 40.0], [-0.5, -7.0]])
-    posture = rs.find_posture(robot, JointCoordinates(q))
+    posture = rs.find_posture(robot, rs.JointCoordinates(q))
     quill = posture.snapshot.legs[0].elements[2]
     end = posture.snapshot.legs[0].end
     # 40 rad are 6.37 turns of 20 mm.
     assert end[:, 2] == pytest.approx(-0.2 + 0.02 * q[:, 1] / (2 * np.pi))
     assert quill.pitch == pytest.approx(0.02 / (2 * np.pi))
-    K = rs.stiffness(robot, JointCoordinates(q)).K
+    K = rs.stiffness(robot, rs.JointCoordinates(q)).K
     fast = rs.compile(robot)
-    assert apart(fast.evaluate(JointCoordinates(q)).values["K"], K) < 1e-10
+    assert apart(fast.evaluate(rs.JointCoordinates(q)).values["K"], K) < 1e-10
 
 
 def test_limits_are_an_angle():
     robot = load_arm(more=", limits: [0, 4 deg*360]")
     assert robot.legs[0].chain.roles[1].limits == pytest.approx((0, 8 * np.pi))
-    posture = rs.find_posture(robot, JointCoordinates([0, 30.0]))
+    posture = rs.find_posture(robot, rs.JointCoordinates([0, 30.0]))
     assert "'quill' of leg 'arm' is at 1718.9 deg" in posture.complaints[0]
-    inside = rs.find_posture(robot, JointCoordinates([0, 20.0]))
+    inside = rs.find_posture(robot, rs.JointCoordinates([0, 20.0]))
     assert not inside.complaints
 
 
@@ -159,15 +157,15 @@ def test_a_platform_pose_of_an_arm_keeps_the_turns_of_its_screw():
     """An angle of a screw is not brought near to home: there the platform would be elsewhere."""
     robot = load_arm()
     q = np.array([0.3, 15.0])
-    pose = rs.find_posture(robot, JointCoordinates(q)).pose
-    found = rs.find_posture(robot, pose, near=JointCoordinates([0.25, 14.0]))
+    pose = rs.find_posture(robot, rs.JointCoordinates(q)).pose
+    found = rs.find_posture(robot, pose, near=rs.JointCoordinates([0.25, 14.0]))
     assert np.ravel(found.coordinates[0]) == pytest.approx(q, abs=1e-8)
 
 
 def test_a_planar_robot_has_no_screws():
     text = arm().replace("name: screw arm", "name: screw arm\nplanar: true")
     text = text.replace("[0, 100 mm, -200 mm]", "[0, 100 mm, 0]")
-    with pytest.raises(InputError, match="axis of quill in a planar robot"):
+    with pytest.raises(rs.InputError, match="axis of quill in a planar robot"):
         model_from_document(parse_document(text))
 
 

@@ -7,10 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from robostiff.analysis import stiffness
-from robostiff.elasticity import tube
-from robostiff.kinematics import JointCoordinates
-from robostiff.robots import load
+import robostiff as rs
 from tests.cases.metric import distance
 from tests.paper.home_matrices import eq27, eq28
 
@@ -30,7 +27,7 @@ def pose_of(data):
     if "p" in params:
         return params["p"]
     if "q_rad" in params:
-        return JointCoordinates(params["q_rad"])
+        return rs.JointCoordinates(params["q_rad"])
     return [params["x"], params["y"], params["theta"]]
 
 
@@ -49,7 +46,7 @@ CASES = [
 @pytest.mark.parametrize(("robot", "case"), CASES)
 def test_matrix_of_reference_case(robot, case):
     data = reference(case)
-    result = stiffness(load(robot), pose_of(data))
+    result = rs.stiffness(rs.load(robot), pose_of(data))
     K = np.array(data["oracle"]["K"], dtype=float)
     assert distance(result.K, K) < data["oracle"]["suggested_rtol"]
     assert int(result.rank) == data["oracle"]["rank"]
@@ -60,15 +57,15 @@ R, r, h, k = 0.5, 0.3, 0.8, 1e8
 
 @pytest.mark.parametrize(("case", "equation", "rank"), [("a", eq27, 3), ("b", eq28, 6)])
 def test_hexapods_are_equations_27_and_28(case, equation, rank):
-    result = stiffness(load(f"gough-stewart-{case}"))
+    result = rs.stiffness(rs.load(f"gough-stewart-{case}"))
     assert distance(result.K, equation(k, R, r, h)) < 1e-13
     assert int(result.rank) == rank
 
 
 @pytest.mark.parametrize(("case", "L_squared"), [("a", 0.2**2 + h**2), ("b", 0.19 + h**2)])
 def test_rigid_legs_are_beam_legs_of_the_same_stiffness(case, L_squared):
-    section = tube(0.040, 0.030)
+    section = rs.tube(0.040, 0.030)
     along = 210e9 * section.A / np.sqrt(L_squared)
-    rigid = stiffness(load(f"gough-stewart-{case}", {"k": along}))
-    beams = stiffness(load(f"gough-stewart-{case}-beams"))
+    rigid = rs.stiffness(rs.load(f"gough-stewart-{case}", {"k": along}))
+    beams = rs.stiffness(rs.load(f"gough-stewart-{case}-beams"))
     assert distance(rigid.K, beams.K) < 1e-11

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff import Status
-from robostiff.model import Robot
 from tests.files import FILES
 
 
@@ -22,15 +20,15 @@ def test_a_rigid_rocker_leaves_the_compliance_of_the_crank():
     found = rs.stiffness(rs.load(crank))
     C = np.zeros((6, 6))
     C[1, 1] = 1e-4
-    assert found.status == Status.RIGID_DIRECTION
+    assert found.status == rs.Status.RIGID_DIRECTION
     np.testing.assert_allclose(rs.compliance(rs.load(crank)), C, rtol=0, atol=1e-18)
     np.testing.assert_allclose(rs.compliance(rs.load_linkage(crank)), C, rtol=0, atol=1e-18)
 
 
-def test_a_rigid_guide_leaves_the_compliance_of_the_struts(tricept: Robot):
+def test_a_rigid_guide_leaves_the_compliance_of_the_struts(tricept: rs.Robot):
     """Three struts of 1e8 N/m at c = h / L to the vertical: C_zz = 1 / (3 k c^2)."""
     found = rs.stiffness(tricept)
-    assert found.status == Status.RIGID_DIRECTION
+    assert found.status == rs.Status.RIGID_DIRECTION
     slope = 1 / (0.3**2 + 1)
     assert found.compliance is not None
     assert found.compliance[2, 2] == pytest.approx(1 / (3 * 1e8 * slope), rel=1e-12)
@@ -39,10 +37,10 @@ def test_a_rigid_guide_leaves_the_compliance_of_the_struts(tricept: Robot):
     assert C[2] == pytest.approx(100 * found.compliance[2, 2], rel=1e-12)
 
 
-def test_at_many_poses_and_once_a_record_would_pay_the_answer_is_the_same(tricept: Robot):
+def test_at_many_poses_and_once_a_record_would_pay_the_answer_is_the_same(tricept: rs.Robot):
     pose = [0.05, -0.02, 1.02]
     many = rs.stiffness(tricept, np.tile(pose, (30, 1)))
-    assert set(many.status_codes.tolist()) == {int(Status.RIGID_DIRECTION)}
+    assert set(many.status_codes.tolist()) == {int(rs.Status.RIGID_DIRECTION)}
     C = rs.compliance(tricept, pose)
     for _ in range(25):
         last = rs.stiffness(tricept, pose).compliance

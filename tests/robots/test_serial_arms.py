@@ -10,6 +10,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
 from robostiff.model import Actuated, Coordinate, Rigid
+from tests.files import written
 
 QUARTER = np.pi / 2
 STANDARD, MODIFIED = rs.DHConvention.STANDARD, rs.DHConvention.MODIFIED
@@ -257,9 +258,7 @@ dh:
   tool: {{at: {tool}}}
   joints:
 """
-    path = tmp_path / "heavy.yaml"
-    path.write_text(text + "\n".join(lines) + "\n")
-    robot = rs.load(path)
+    robot = rs.load(written(tmp_path / "heavy.yaml", text + "\n".join(lines) + "\n"))
 
     def Rz_Tz(theta, d):
         c, s = np.cos(theta), np.sin(theta)

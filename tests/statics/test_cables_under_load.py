@@ -13,7 +13,7 @@ import robostiff as rs
 from robostiff.model.cable import Cable, CableRobot, Weight
 from robostiff.spatial import Frame, Space
 from robostiff.statics.equations.problem import EquilibriumProblem
-from tests.cables.machines import answered, cable_robot, random_robot
+from tests.cables.machines import answered, random_robot
 from tests.campaign.bodies import Bodies, NoMinimumError, curvatures, minimum
 from tests.campaign.loaded_cables import suspended
 
@@ -68,7 +68,7 @@ def test_equilibrium_is_a_minimum_of_an_energy_of_ours(seed: int, size: float):
 
 def test_the_same_as_the_response_with_locked_winches():
     """Where the path turns by more than a right angle: a cable becomes slack (0.47 of the load)."""
-    robot, load = cable_robot("cable-4-planar"), [30.0, -100, 2]
+    robot, load = rs.load("cable-4-planar"), [30.0, -100, 2]
     loaded, response = rested(robot, wrench=load), rs.cable_response(robot, wrench=load)
     assert response.displacement is not None
     np.testing.assert_allclose(loaded.displacement, response.displacement, atol=1e-13)
@@ -94,7 +94,7 @@ def test_a_load_above_topples_a_platform_at_one_cable():
 
 
 def test_a_platform_is_lifted_at_the_limit_of_its_path():
-    robot, load = cable_robot("cable-8-suspended"), np.array([0, 0, 1500.0, 0, 0, 0])
+    robot, load = rs.load("cable-8-suspended"), np.array([0, 0, 1500.0, 0, 0, 0])
     found = rs.critical_load(robot, wrench=load)
     assert found.is_limit
     for share, holds in ((1 - 1e-5, True), (1 + 1e-3, False)):
@@ -109,7 +109,7 @@ def test_a_platform_is_lifted_at_the_limit_of_its_path():
 
 def test_a_platform_whose_cables_are_all_slack_is_at_its_limit():
     """Lifted by its weight, it hangs no longer: the limit at every load beyond, however large."""
-    robot = cable_robot("cable-3-suspended")
+    robot = rs.load("cable-3-suspended")
     assert robot.weight is not None
     weight = float(np.linalg.norm(robot.weight.force))
     found = rs.critical_load(robot, wrench=[0, 0, 1200.0, 0, 0, 0])
@@ -155,14 +155,14 @@ def test_platforms_that_are_lost_where_a_cable_becomes_slack(
 
 
 def test_modes_are_those_of_stiffness_and_mass():
-    robot, inertia = cable_robot("cable-8"), [0.1, 0.2, 0.3]
+    robot, inertia = rs.load("cable-8"), [0.1, 0.2, 0.3]
     found = rs.modes(robot, masses={"platform": rs.Mass(5, inertia=inertia)})
     squares = eigh(rs.stiffness(robot).K, np.diag([5, 5, 5, *inertia]), eigvals_only=True)
     np.testing.assert_allclose(2 * np.pi * found.frequencies, np.sqrt(squares), rtol=1e-9)
 
 
 def test_loads_and_wrenches_are_one():
-    robot, at = cable_robot("cable-8"), np.array([0.05, -0.02, 1.1])
+    robot, at = rs.load("cable-8"), np.array([0.05, -0.02, 1.1])
     by_load = rested(robot, loads={"platform": rs.DeadForce([9, 5, -60], at)})
     by_wrench = rested(robot, wrench=[9, 5, -60, 0, 0, 0], at=at)
     np.testing.assert_allclose(by_load.pose, by_wrench.pose, atol=1e-13)
@@ -172,7 +172,7 @@ def test_loads_and_wrenches_are_one():
 
 
 def test_a_pose_is_held_by_the_wrench_that_leads_there():
-    robot, F = cable_robot("cable-8"), np.array([60.0, 40, -150, 1, 2, -1])
+    robot, F = rs.load("cable-8"), np.array([60.0, 40, -150, 1, 2, -1])
     loaded = rested(robot, wrench=F)
     held = rested(robot, displacement=loaded.displacement)
     assert loaded.status & rs.Status.SLACK
@@ -207,10 +207,10 @@ def test_what_tensions_leave_is_held_throughout():
 
 def test_batches_say_where_there_are_no_tensions():
     poses = [[0, 0, 1, 0, 0, 0], [0, 0, 3, 0, 0, 0]]
-    found = rs.equilibrium(cable_robot("cable-8"), poses, [0, 0, -10, 0, 0, 0])
+    found = rs.equilibrium(rs.load("cable-8"), poses, [0, 0, -10, 0, 0, 0])
     assert found.answered.tolist() == [True, False]
     assert found[1].status == rs.Status.INFEASIBLE
-    robot = cable_robot("cable-8")
+    robot = rs.load("cable-8")
     lost = rs.critical_load(robot, poses[1], [0, 0, 1, 0, 0, 0])
     assert not lost.is_found
     assert lost.status == rs.Status.INFEASIBLE
@@ -219,7 +219,7 @@ def test_batches_say_where_there_are_no_tensions():
 
 def test_a_load_that_is_not_carried_is_refused_in_few_solves(monkeypatch: pytest.MonkeyPatch):
     """By its path alone; the cable that becomes slack before is met on it."""
-    robot, solves = cable_robot("cable-8-suspended"), 0
+    robot, solves = rs.load("cable-8-suspended"), 0
     real = EquilibriumProblem.linearised
 
     def counted(*given: Any) -> Any:

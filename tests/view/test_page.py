@@ -10,6 +10,7 @@ from contextlib import closing
 from http.client import HTTPConnection
 from importlib.metadata import version
 from signal import SIGINT
+from types import SimpleNamespace
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -19,6 +20,7 @@ import pytest
 import robostiff as rs
 from robostiff.plot import Path, PlainColour
 from robostiff_view import LivePage, machine_of, parameter_sliders, parameters_written
+from robostiff_view.page import see_all
 from tests.interrupts import interrupts_heard
 from tests.view.test_machines import numbers
 
@@ -235,3 +237,14 @@ def test_ctrl_c_ends_the_command_cleanly(as_json):
     assert program.returncode == 0
     assert complaints == ""
     assert said.strip() == ("" if as_json else "Ctrl-C ends the view.")
+
+
+def test_a_narrow_picture_is_seen_from_farther_away():
+    followed: list[Any] = []
+    position, middle = np.array([2.0, -3.0, 1.0]), np.array([0.0, 0.0, 0.5])
+    camera = SimpleNamespace(position=position, look_at=middle, on_update=followed.append)
+    see_all(SimpleNamespace(camera=camera))
+    for aspect, factor in ((1.6, 1.0), (0.5, 1.2), (0.5, 1.2), (0.4, 1.5), (1.6, 1.0)):
+        camera.aspect = aspect
+        followed[0](camera)
+        np.testing.assert_allclose(camera.position, middle + factor * (position - middle))

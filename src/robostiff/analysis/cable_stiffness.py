@@ -44,7 +44,7 @@ class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
 
     Attributes
     ----------
-    name, cable_names, pose, status_codes, rule
+    name, cable_names, pose, status_codes, rule, limits
         As of `CableTensions`.
     placed : PlacedCables
         Where the cables run, and the point about which the matrices are given.
@@ -72,11 +72,6 @@ class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
     def space(self) -> Space:
         """Spatial (6 x 6) or planar (3 x 3)."""
         return self.placed.space
-
-    @property
-    def reference_point(self) -> np.ndarray:
-        """Point about which K is given, in the world (..., 3) [m]."""
-        return self.placed.reference_point
 
     @property
     def characteristic_length(self) -> np.ndarray:
@@ -371,7 +366,8 @@ class CableResponse(InNotebooks):
     @property
     def advice(self) -> tuple[str, ...]:
         """Advice about this result, a sentence each."""
-        return (*self.beyond_limits, *self.status.advice)
+        lack = self.before.advice[:1] if Status.INFEASIBLE in self.before.status else ()
+        return (*self.beyond_limits, *lack, *self.status.advice)
 
     def __repr__(self) -> str:
         slack = f"slack {', '.join(self.slack) or 'none'}" if self.has_answer else "no rest"

@@ -26,6 +26,7 @@ from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics import Pose
 from robostiff.kinematics.pose import requested_pose
+from robostiff.markup import InNotebooks
 from robostiff.model.cable import CableRobot
 
 _NO_LENGTH = 1e-9  # of the characteristic length
@@ -43,11 +44,33 @@ class CableAnswer(StatusOfPoses):
     wrench: np.ndarray
     status_codes: np.ndarray
     rule: str
+    limits: tuple[np.ndarray, np.ndarray]
+
+    @property
+    def reference_point(self) -> np.ndarray:
+        """Point of the platform about which wrench and matrices are given (..., 3) [m]."""
+        return self.placed.reference_point
+
+    @property
+    def problem(self) -> TensionProblem:
+        """Which tensions balance weight and wrench; moments are over the characteristic length."""
+        s = scaling(self.placed.characteristic_length, self.placed.space)
+        W = structure_matrix(self.placed) / s[..., :, None]
+        F = (self.wrench + weight_wrench(self.placed)) / s
+        return TensionProblem(
+            W.reshape(-1, *W.shape[-2:]), F.reshape(-1, F.shape[-1]), *self.limits
+        )
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """Advice about this result, a sentence each."""
-        return self.status.advice
+        """Advice about this result, a sentence each; of a pose alone what tensions lack."""
+        if self.batch_shape or Status.INFEASIBLE not in self.status:
+            return self.status.advice
+        excess = self.problem.excess(0)
+        lack = f"tensions that balance weight and wrench are {excess:.4g} N or more beyond limits"
+        if np.isinf(excess):
+            lack = "weight and wrench have a part that no tensions balance, whatever their limits"
+        return lack, *self.status.advice
 
     def __getitem__(self, index: Any) -> Self:
         """The answer at one pose, or at some poses, of a batch."""
@@ -57,7 +80,7 @@ class CableAnswer(StatusOfPoses):
 
 
 @frozen(repr=False)
-class CableTensions(CableAnswer):
+class CableTensions(InNotebooks, CableAnswer):
     """Tensions of the cables at a pose or a batch of poses.
 
     Attributes
@@ -77,6 +100,8 @@ class CableTensions(CableAnswer):
         `Status` of every pose.
     rule : str
         How they were chosen.
+    limits : tuple of (m,) arrays
+        Least and greatest tensions [N].
     """
 
     values: np.ndarray
@@ -91,7 +116,7 @@ class CableTensions(CableAnswer):
             When there are none at some pose; `feasible` marks the poses with tensions.
         """
         if not np.all(self.feasible):
-            advice = " ".join(f"{line}." for line in self.status.advice)
+            advice = " ".join(f"{line}." for line in self.advice)
             count = np.count_nonzero(~self.feasible)
             where = f"at {count} of {self.feasible.size} poses" if self.batch_shape else "here"
             raise NoAnswerError(f"no tensions of {self.name!r} {where}: {advice}")
@@ -174,28 +199,24 @@ def cable_tensions(
     pose = request.coordinates.reshape(*batch, 6)
     placed = place_cables(robot, request.R.reshape(*batch, 3, 3), pose[..., :3])
     F = given_wrenches(np.zeros(n) if wrench is None else wrench, robot.space, batch)
-    length = placed.characteristic_length
-    s = scaling(length, robot.space)
-    least, greatest = robot.tension_limits
-    problem = TensionProblem(
-        W=(structure_matrix(placed) / s[..., :, None]).reshape(-1, n, m),
-        F=((F + weight_wrench(placed)) / s).reshape(-1, n),
-        least=least,
-        greatest=greatest,
-        level=level,
-    )
-    values, status = rule.choose(problem)
-    no_length = (placed.lengths <= _NO_LENGTH * length[..., None]).any(axis=-1).reshape(-1)
-    status = np.where(no_length, np.uint16(Status.UNREACHABLE), status)
-    feasible = (status & _WITHOUT_TENSIONS) == 0
-    status = status | (feasible & ~problem.within(values)) * np.uint16(Status.BEYOND_LIMITS)
-    return CableTensions(
+    untensioned = CableTensions(
         name=robot.name,
         cable_names=tuple(robot.cable_names),
         pose=pose,
         placed=placed,
         wrench=F,
-        values=np.where(feasible[:, None], values, 0.0).reshape(*batch, m),
-        status_codes=np.asarray(status, dtype=np.uint16).reshape(batch),
+        values=np.zeros((*batch, m)),
+        status_codes=np.zeros(batch, dtype=np.uint16),
         rule=rule.name,
+        limits=robot.tension_limits,
     )
+    problem = replace(untensioned.problem, level=level)
+    values, status = rule.choose(problem)
+    shortest = _NO_LENGTH * placed.characteristic_length[..., None]
+    no_length = (placed.lengths <= shortest).any(axis=-1).reshape(-1)
+    status = np.where(no_length, np.uint16(Status.UNREACHABLE), status)
+    feasible = (status & _WITHOUT_TENSIONS) == 0
+    status = status | (feasible & ~problem.within(values)) * np.uint16(Status.BEYOND_LIMITS)
+    values = np.where(feasible[:, None], values, 0.0).reshape(*batch, m)
+    codes = np.asarray(status, dtype=np.uint16).reshape(batch)
+    return replace(untensioned, values=values, status_codes=codes)

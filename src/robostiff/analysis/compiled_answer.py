@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from itertools import chain
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -252,7 +253,9 @@ def _places(
         if own is None or own.dtype != np.float64 or own.strides[0] != own.itemsize:
             own = np.moveaxis(room[start:stop].reshape(*shape, room.shape[1]), -1, 0)
         else:
-            entries = np.moveaxis(own, 0, -1)
-            rows = [*rows[:start], *(entries[at] for at in np.ndindex(shape)), *rows[stop:]]
+            entries: Any = [np.moveaxis(own, 0, -1)]
+            for _ in shape:
+                entries = chain.from_iterable(entries)
+            rows = [*rows[:start], *entries, *rows[stop:]]
         values[output.name], start = own, stop
     return rows, values

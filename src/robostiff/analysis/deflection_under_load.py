@@ -12,7 +12,7 @@ from robostiff.analysis.result import Stiffness
 from robostiff.analysis.snapshot_stiffness import branches_of, name_of_part
 from robostiff.elastostatics import BlockCompliance, ConjugateWrenches, Status, scaling
 from robostiff.elastostatics.status import StatusOfPoses
-from robostiff.errors import InputError, NoAnswerError
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen
 from robostiff.markup import InNotebooks
 from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
@@ -146,10 +146,8 @@ class Deflection(StatusOfPoses, InNotebooks):
             Of many.
         """
         if self.stiffness.batch_shape:
-            poses = f"{self.stiffness.rows.size} poses"
-            raise InputError(
-                f"deflection of {self.stiffness.name!r}", got=poses, expected="one: [i]"
-            )
+            subject, count = f"deflection of {self.stiffness.name!r}", self.stiffness.rows.size
+            raise InputError(subject, got=Words(f"{count} poses"), expected="one: [i]")
         return self.of_loads or loaded_elements(self.stiffness, self.wrench)
 
     @cached_property

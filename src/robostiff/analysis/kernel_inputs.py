@@ -166,7 +166,7 @@ class Recordable(ABC):
 
     @abstractmethod
     def checked(self, pose: Any) -> np.ndarray:
-        """The numbers of poses (N, n), or of one pose (n,)."""
+        """The numbers of poses (N, n), or of one pose (n,); not copied where they are floats."""
 
     @abstractmethod
     def rows(self, pose: Any, given: np.ndarray, values: ParameterValues[Any]) -> InputRows:
@@ -241,17 +241,17 @@ class KernelInputs(Recordable):
         got = "a rigid transform" if is_rigid_transform(pose) else kinds.get(type(pose))
         if got and not by_joints:
             hint = _FOUND if type(pose) in _BY_DRIVES else _OTHERWISE
-            raise InputError(subject, got=got, expected=expected, hint=hint)
+            raise InputError(subject, got=Words(got), expected=expected, hint=hint)
         numbers: Any = pose.values if isinstance(pose, JointCoordinates) else pose
         order, units, count = names, coordinate_units(self.subject), len(names)
         if by_joints:
             chain = self.subject.legs[0].chain
             order, units, count = chain.coordinate_names, joint_units(chain), self.joints
         check_order(subject, numbers, order)
-        given = as_floats(subject, numbers, expected, units)
+        given = as_floats(subject, numbers, expected, units, copy=False)
         fits = given.ndim in (1, 2) and given.shape[-1] == count
         if not fits or (count == 0 and self._needs_joints):
-            got = f"shape {given.shape}"
+            got = Words(f"shape {given.shape}")
             raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
         if by_joints:
             check_held_sums(self.subject, given)

@@ -261,7 +261,7 @@ class Stiffness(StiffnessOfPoses, InNotebooks):
     def free_motions(self) -> tuple[FreeMotion, ...]:
         """Free motions of the platform, at a single pose."""
         found = self.details()
-        if found.carried is None or Status.UNREACHABLE in self.status:
+        if not self.status & Status.FREE_MOTIONS or Status.UNREACHABLE in self.status:
             return ()
         # About the robot's own point: from far away every rotation resembles a translation.
         motions = free_motions_in_words(found.free_motions, found.origin, float(found.length))

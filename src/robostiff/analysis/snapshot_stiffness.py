@@ -249,18 +249,9 @@ def _solved_together(
     method: Form,
     tolerance: Tolerance,
 ) -> Details:
-    length = snapshot.characteristic_length
     # Lever arms that are small beside the lengths of the parts are rounding: all is in one point.
-    of_parts = []
-    for group in together:  # the largest length of a spring by itself, sqrt(tr C_tt / tr C_rr)
-        longest = np.zeros(group.each(length).shape)
-        for spring in group.leg.springs:
-            d = np.einsum("...ii->...i", spring.elasticity.compliance)
-            shift, turn = np.sum(d[..., :3], axis=-1), np.sum(d[..., 3:], axis=-1)
-            both = (shift > 0) & (turn > 0)
-            own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
-            longest = np.maximum(longest, own)
-        of_parts.append(longest)
+    length = snapshot.characteristic_length
+    of_parts = [_longest_spring(own.leg, own.each(length).shape) for own in together]
     of_parts = in_order(together, of_parts)
     length = np.where(length > tolerance.independence * np.max(of_parts, axis=0), length, 0.0)
     # About the reference point, or amid the legs where that is far away; from a robot that is all
@@ -322,6 +313,18 @@ def _solved_together(
         leg_blocks=tuple(leg_blocks[i] for i in range(len(snapshot.legs))),
         shares=shares,
     )
+
+
+def _longest_spring(leg: PlacedLeg, shape: tuple[int, ...]) -> np.ndarray:
+    """Largest length of a spring by itself, ``sqrt(tr C_tt / tr C_rr)``, of that shape [m]."""
+    longest = np.zeros(shape)
+    for spring in leg.springs:
+        d = np.einsum("...ii->...i", spring.elasticity.compliance)
+        shift, turn = np.sum(d[..., :3], axis=-1), np.sum(d[..., 3:], axis=-1)
+        both = (shift > 0) & (turn > 0)
+        own = np.sqrt(np.where(both, shift, 0.0) / np.where(both, turn, 1.0))
+        longest = np.maximum(longest, own)
+    return longest
 
 
 def _between_bodies(

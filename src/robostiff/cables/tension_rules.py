@@ -13,6 +13,7 @@ from robostiff.frozen import frozen, replace
 from robostiff.spatial import as_floats
 
 _BALANCED = 1e-9
+_POSSIBLE = 1e-7  # of the largest tension, which a linear program decides
 
 
 @frozen
@@ -35,7 +36,7 @@ class TensionProblem:
     F: np.ndarray
     least: np.ndarray
     greatest: np.ndarray
-    level: float
+    level: float = 0.0
 
     @property
     def aim(self) -> np.ndarray:
@@ -62,35 +63,36 @@ class TensionProblem:
         beyond = np.maximum(self.least - tensions, tensions - self.greatest)
         return np.where(beyond > _BALANCED * (1.0 + np.abs(tensions)), beyond, 0.0)
 
-    def has_solution(self, pose: int) -> bool:
-        """Whether any tensions within the limits balance the wrench at a pose, by a linear program.
+    def excess(self, pose: int) -> float:
+        """How far beyond limits tensions must be that balance the wrench at a pose, at least [N].
 
-        The tension of every cable is scaled by the largest force that occurs.
+        Infinite where none balance it. By a linear program: the tension of every cable is scaled by
+        the largest force that occurs, and the last unknown is how far the limits are moved.
         """
-        bounded = self.greatest[np.isfinite(self.greatest)]
-        size = max(
-            float(np.abs(self.F[pose]).max()), float(self.least.max()), *bounded.tolist(), 1e-300
-        )
-        bounds = [
-            (low / size, high / size if np.isfinite(high) else None)
-            for low, high in zip(self.least, self.greatest, strict=True)
-        ]
+        m = self.W.shape[-1]
+        bounded = np.isfinite(self.greatest)
+        size = max(np.abs(self.F[pose]).max(), self.least.max(), 1e-300)
+        size = max(size, self.greatest[bounded].max(initial=0.0))
         # Some rows may be dependent: they are replaced by independent ones.
         U, values, _ = np.linalg.svd(self.W[pose])
         rank = int(np.count_nonzero(values > 1e-9))
         span, lost = U[:, :rank], U[:, rank:]
         if np.abs(lost.T @ self.F[pose]).max(initial=0.0) > _BALANCED * size:
-            return False
+            return np.inf
         from scipy.optimize import linprog
 
+        I, moved = np.eye(m), -np.ones((m, 1))
         found = linprog(
-            np.zeros(self.W.shape[-1]),
-            A_eq=span.T @ self.W[pose],
+            np.eye(m + 1)[m],
+            A_ub=np.vstack([np.hstack([-I, moved]), np.hstack([I, moved])[bounded]]),
+            b_ub=np.concatenate([-self.least, self.greatest[bounded]]) / size,
+            A_eq=np.hstack([span.T @ self.W[pose], np.zeros((rank, 1))]),
             b_eq=-span.T @ self.F[pose] / size,
-            bounds=bounds,
+            bounds=[*[(None, None)] * m, (0, None)],
             method="highs",
         )
-        return bool(found.status == 0)
+        moved_by = float(found.x[m])
+        return moved_by * size if moved_by > _POSSIBLE else 0.0
 
 
 _STEPS = 100
@@ -338,6 +340,5 @@ class ClosedFormTensions:
 def _with_failures(problem: TensionProblem, status: np.ndarray, failed: np.ndarray) -> np.ndarray:
     """The status (N,), with that of poses at which a rule found no tensions."""
     for i in np.flatnonzero(failed).tolist():
-        possible = problem.has_solution(i)
-        status[i] = Status.FORM_DOES_NOT_HOLD if possible else Status.INFEASIBLE
+        status[i] = Status.INFEASIBLE if problem.excess(i) else Status.FORM_DOES_NOT_HOLD
     return status

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
+from fnmatch import fnmatchcase
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,6 +14,7 @@ from robostiff.errors import InputError, Words
 from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities, to_si
 from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, ToolPose, actuator_names
+from robostiff.kinematics.pose import home_coordinates
 from robostiff.model import Actuated, Coordinate, Mass
 from robostiff.spatial import Space
 
@@ -67,8 +69,12 @@ def pose(robot: Any, place: Posing) -> Any:
         raise InputError(option, got=text, expected=expected)
     if text.split()[:1] == ["tip"]:
         return _tool_pose(text)
-    free = {name: _SIX[name] for name in (coordinate.value for coordinate in robot.coordinates)}
-    return np.array(_few_or_all("--pose", text, free or _SIX, _SIX))
+    names = [coordinate.value for coordinate in robot.coordinates]
+    free = {name: _SIX[name] for name in names} or _SIX
+    if "=" in text:
+        home = dict(zip(_SIX, home_coordinates(robot).tolist(), strict=True))
+        return np.array(_some_by_name("--pose", text, free, home))
+    return np.array(_few_or_all("--pose", text, free, _SIX))
 
 
 _SIX = {coordinate.value: Dimension.of(coordinate.unit) for coordinate in Coordinate}
@@ -156,10 +162,18 @@ def _named(
                 option,
                 got=part.strip(),
                 expected=f"NAME=VALUE, each name once: {', '.join(units)}",
-                hint=None if name in units else did_you_mean(name, tuple(units)),
+                hint=None if name in units else did_you_mean(name, units),
             )
         numbers[name] = parse_quantities(value, units[name], [name] * len(units[name]), option)
     return numbers
+
+
+def _some_by_name(
+    option: str, text: str, units: Mapping[str, Dimension], others: Mapping[str, float]
+) -> list[float]:
+    """Numbers in the order of their units, of which those left out are as in `others`."""
+    given = _named(option, text, {name: [dimension] for name, dimension in units.items()})
+    return [given[name][0] if name in given else others[name] for name in units]
 
 
 def gravity(text: str | None) -> str | list[float] | None:
@@ -205,8 +219,7 @@ def wrench(text: str | None, space: Space, option: str = "--wrench") -> Any:
     units = _of_wrench(space)
     if "=" not in text:
         return _row(option, text, units)
-    given = _named(option, text, {name: [dimension] for name, dimension in units.items()})
-    return [given.get(name, [0.0])[0] for name in units]
+    return _some_by_name(option, text, units, dict.fromkeys(units, 0.0))
 
 
 def _of_wrench(space: Space) -> dict[str, Dimension]:
@@ -273,10 +286,11 @@ def loading(robot: Any, place: Posing, written: Loads) -> dict[str, Any]:
         pairs = zip(names, freedoms, strict=True)
         turns |= {f"{leg.name}/{name}": screw.turns for name, screw in pairs}
     expected = _EXPECTED + _SUCH_AS["--preload"]
-    for name, text in named_once("--preload", written.preloads, expected).items():
-        # a name that is none is refused where the joints are
-        dimension = Dimension.MOMENT if turns.get(name, False) else Dimension.FORCE
-        options["preload"][name] = to_si(text, dimension, subject="--preload")
+    for pattern, text in named_once("--preload", written.preloads, expected).items():
+        fits = () if pattern in turns else [name for name in turns if fnmatchcase(name, pattern)]
+        for name in fits or [pattern]:  # a name that is none is refused where the joints are
+            dimension = Dimension.MOMENT if turns.get(name, False) else Dimension.FORCE
+            options["preload"][name] = to_si(text, dimension, subject="--preload")
     return options
 
 

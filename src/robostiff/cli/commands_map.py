@@ -236,7 +236,7 @@ def make_map(command: Any) -> int:
     answered(replace(page, place=place, data=data), command.answer)
     if bar.rate and output is not None and not command.answer.as_json:
         # Not on standard output, which is the same every time.
-        click.echo(f"{seconds:.3g} s, {bar.rate:.3g} poses/s", err=True)
+        click.echo(f"{seconds:.3g} s in all; {bar.rate:.3g} poses/s once prepared", err=True)
     return 0 if result.attrs["poses_reachable"] else BAD_STATUS
 
 

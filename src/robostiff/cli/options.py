@@ -234,8 +234,9 @@ class Posing:
         "--pose",
         metavar=_POSE,
         help="Platform pose: point [m] and rotation vector [rad], units may be written ('10 mm 0 "
-        "0.5 0 0 10 deg'); or the robot's free coordinates alone; or tip and axis of the tool, "
-        "'tip 0.1 0 0.5 axis 0 0.1 1'. Home when left out.",
+        "0.5 0 0 10 deg'); or the robot's free coordinates alone, or some by name, 'z=0.5, rx=10 "
+        "deg', others as at home; or tip and axis of the tool, 'tip 0.1 0 0.5 axis 0 0.1 1'. Home "
+        "when left out.",
     )
     joints: str | None = option(
         "--joints",
@@ -294,7 +295,8 @@ class Loads:
     preloads: tuple[str, ...] = repeatable(
         "--preload",
         '"LEG/PART=FORCE"',
-        "With how much a drive pushes along its coordinate: [N] of a slide, [N m] of a turn",
+        "With how much a drive pushes along its coordinate: [N] of a slide, [N m] of a turn; * in "
+        "a name stands for any characters",
     )
 
 

@@ -174,8 +174,8 @@ def compensate(
     Raises
     ------
     InputError
-        When the robot has a flexible platform or laws of force, the wrenches do not fit, or `near`
-        is given for a robot that is posed by its platform, which keeps the posture of home.
+        When the robot has laws of force, the wrenches do not fit, or `near` is given for a robot
+        that is posed by its platform, which keeps the posture of home.
     NoAnswerError
         When the platform has free motions at every pose, or a leg is rigid in some direction.
 

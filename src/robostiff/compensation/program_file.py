@@ -91,7 +91,9 @@ class ProgramFile:
         comma = mark == ";" and any("," in lines[k] for k in rows)
         lines[self.table.header] += mark + mark.join([*headings, "status"])
         for k, (line, row) in enumerate(zip(rows, np.array(values).T.tolist(), strict=True)):
-            fields = [f"{value:.12g}" if math.isfinite(value) else "" for value in row]
+            finite = [round(x, 12) + 0.0 if math.isfinite(x) else None for x in row]
+            # Controls read no exponents.
+            fields = ["" if x is None else np.format_float_positional(x, trim="-") for x in finite]
             if comma:
                 fields = [field.replace(".", ",") for field in fields]
             lines[line] += mark + mark.join([*fields, str(Status(int(found.status_codes[k])))])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -198,45 +198,31 @@ def choose_poses(
     ----------
     Fedorov: Theory of Optimal Experiments, Academic Press 1972.
     """
+    for name, value, least in (("count", count, 1), ("starts", starts, 1), ("seed", seed, 0)):
+        check_whole(f"{name} of postures", value, least)
     by_joints = isinstance(candidates, JointCoordinates) or robot.is_posed_by_joints
     changed, unknowns = with_unknowns(
         robot, tuple(parameters), tuple(fixed), shared=False, by_joints=by_joints
     )
-    F = as_floats("forces", [] if forces is None else forces, _FORCES)
-    if F.ndim not in {1, 2} or F.shape[-1] not in {0, 3}:
-        raise InputError("forces", got=Words(f"shape {F.shape}"), expected=_FORCES)
-    loads = np.vstack([np.zeros(3), F.reshape(-1, 3)])
+    kind = JointCoordinates if isinstance(candidates, JointCoordinates) else np.asarray
     q = getattr(candidates, "values", candidates)
     q = np.atleast_2d(as_floats("candidates", q, "postures (N, n)"))
-    names, each = tuple(markers), "three numbers each [m]"
-    places = as_floats("markers", [*markers.values()], each, None, (len(names), 3))
-    for name, value, least in (("count", count, 1), ("starts", starts, 1), ("seed", seed, 0)):
-        check_whole(f"{name} of postures", value, least)
-    kind = JointCoordinates if isinstance(candidates, JointCoordinates) else np.asarray
     reached = find_posture(robot.numeric, kind(q))
     rows = np.flatnonzero(reached.reached & reached.within_limits)
     if len(rows) < (least := 1 if repeats else count):
         raise InputError(
             "candidates", got=Words(f"{len(rows)} in reach"), expected=f"at least {least}"
         )
-    readings, sigma = len(loads) * len(names), as_float("sigma", sigma, "one number [m]", "m")
-    measured = Measurements(
-        kind(np.repeat(q[rows], readings, axis=0)),
-        np.zeros((len(rows) * readings, 3)),
-        forces=np.tile(np.repeat(loads, len(names), axis=0), (len(rows), 1)),
-        hooks=None if hook is None else as_floats("hook", hook, "three numbers [m]", "m", (3,)),
-        bodies=body,
-        markers=list(names) * (len(rows) * len(loads)),
-        sigma=sigma,
-    )
+    measured, places = _readings_at(kind, q[rows], markers, forces, hook, body, sigma)
     statics = FiniteLoads(States.of(changed, measured, np.eye(3)), changed, unknowns, gravity)
-    turns = np.tile(np.eye(3), (len(names), 1, 1))  # of the markers
+    turns = np.tile(np.eye(3), (len(places), 1, 1))  # of the markers
     frames = np.concatenate([np.zeros(6), places.ravel(), np.zeros(places.size)])
     sought = np.arange(len(frames)) < 6 + places.size
+    names = tuple(markers)
     model = ReadingModel(measured, statics, unknowns, names, frames, sought, np.eye(3), turns)
     p, x = len(unknowns), np.array([*(u.nominal for u in unknowns), *frames[sought]])
     scale = np.array([abs(unknown.nominal) or 1e-3 for unknown in model.unknowns])
-    J = (model.predicted(x)[1] * scale / sigma).reshape(len(rows), -1, len(x))
+    J = (model.predicted(x)[1] * scale / model.sigma[:, None]).reshape(len(rows), -1, len(x))
     good, moved = _serve(model, J, x[:p])
     rows, J = rows[good], J[good]
     if len(rows) < least:
@@ -247,19 +233,13 @@ def choose_poses(
             hint="the others are near singular, or their markers move by less than 5 sigma, at "
             f"most by {moved:.2g}: hang on larger loads, or state a smaller sigma",
         )
-    M, before = np.swapaxes(J, 1, 2) @ J, np.zeros((len(x), len(x)))
-    rates = [np.asarray(np.linalg.qr(J.reshape(-1, len(x)), mode="r"))]
+    of_existing = np.zeros((0, len(x)))
     if existing is not None:
         measured_before = model.of(existing, x)
-        rates.append(measured_before.predicted(x)[1] * scale / measured_before.sigma[:, None])
-        before = rates[1].T @ rates[1]
-    report = identifiability(np.concatenate(rates) / scale, model.unknowns)
-    lost = [unknowns[k].name for k in report.fixed if k < p]
-    if lost:
-        words = [s for s in report.not_identified if any(name in s for name in lost)]
-        raise NoAnswerError("no choice of these postures determines all: " + "; ".join(words))
-    # places of frames that no reading tells, such as heights above a planar robot
-    M, before = (np.delete(np.delete(m, report.fixed, -1), report.fixed, -2) for m in (M, before))
+        of_existing = measured_before.predicted(x)[1] * scale / measured_before.sigma[:, None]
+    known = _determined(model, np.vstack([J.reshape(-1, len(x)), of_existing]) / scale)
+    M, before = np.swapaxes(J, 1, 2) @ J, of_existing.T @ of_existing
+    M, before = (m[..., known, :][..., known] for m in (M, before))
     judge = _Judge(M.sum(axis=0) + before, before, p, _wanted(criterion, statics, x[:p], scale[:p]))
     random = np.random.default_rng(seed)
 
@@ -282,6 +262,52 @@ def choose_poses(
         {unknown.name: unknown.unit for unknown in unknowns},
         criterion.in_words,
     )
+
+
+def _readings_at(
+    kind: Callable[[np.ndarray], Any],
+    q: np.ndarray,
+    markers: Mapping[str, ArrayLike],
+    forces: ArrayLike | None,
+    hook: ArrayLike | None,
+    body: str,
+    sigma: float,
+) -> tuple[Measurements, np.ndarray]:
+    """Readings of all markers under each load, at postures of a kind by their numbers (N, n).
+
+    Behind them the places of the markers (m, 3).
+    """
+    F = as_floats("forces", [] if forces is None else forces, _FORCES)
+    if F.ndim not in {1, 2} or F.shape[-1] not in {0, 3}:
+        raise InputError("forces", got=Words(f"shape {F.shape}"), expected=_FORCES)
+    loads, names = np.vstack([np.zeros(3), F.reshape(-1, 3)]), list(markers)
+    each = "three numbers each [m]"
+    places = as_floats("markers", [*markers.values()], each, None, (len(names), 3))
+    count = len(loads) * len(names)
+    measured = Measurements(
+        kind(np.repeat(q, count, axis=0)),
+        np.zeros((len(q) * count, 3)),
+        forces=np.tile(np.repeat(loads, len(names), axis=0), (len(q), 1)),
+        hooks=None if hook is None else as_floats("hook", hook, "three numbers [m]", "m", (3,)),
+        bodies=body,
+        markers=names * (len(q) * len(loads)),
+        sigma=as_float("sigma", sigma, "one number [m]", "m"),
+    )
+    return measured, places
+
+
+def _determined(model: ReadingModel, rates: np.ndarray) -> np.ndarray:
+    """Which unknowns rates (M, n) of all readings determine (n,).
+
+    Those of the robot have to be; places of frames may be no matter, such as heights above a planar
+    robot.
+    """
+    report = identifiability(rates, model.unknowns)
+    lost = [u.name for k, u in enumerate(model.parameters) if k in report.fixed]
+    if lost:
+        words = [s for s in report.not_identified if any(name in s for name in lost)]
+        raise NoAnswerError("no choice of these postures determines all: " + "; ".join(words))
+    return np.setdiff1d(np.arange(rates.shape[1]), report.fixed)
 
 
 def _serve(model: ReadingModel, J: np.ndarray, nominal: np.ndarray) -> tuple[np.ndarray, float]:

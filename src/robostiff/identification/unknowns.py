@@ -105,32 +105,7 @@ def with_unknowns(
     """
     candidates = {pair[0].name: pair for pair in _candidates(robot.numeric)}
     symbols = {str(symbol): symbol for symbol in robot.symbols}
-    # known names by the name of the unknown that is one number for them
-    names, groups = [*symbols, *candidates], {}
-    for pattern in (*patterns, *fixed):
-        if not any(_fits(name, pattern) for name in names):
-            purpose = "to identify" if pattern in patterns else "that is fixed"
-            raise InputError(
-                f"parameter of {robot.name!r} {purpose}",
-                got=pattern,
-                expected="one of " + ", ".join(names[:40]),
-                hint=None
-                if "/" in pattern
-                else 'or a parameter of the file; in Python load(file, symbols=("R",)) keeps it',
-            )
-    for pattern in patterns:
-        taken = {name for members in groups.values() for name in members}
-        fits = [
-            name
-            for name in names
-            if _fits(name, pattern)
-            and name not in taken
-            and not any(_fits(name, other) for other in fixed)
-        ]
-        groups |= {pattern: fits} if shared and fits else {name: [name] for name in fits}
-    if not any(groups.values()):
-        got = "none that is not fixed" if patterns else "none"
-        raise InputError("parameters to identify", got=got, expected='names, such as "arm/joint*"')
+    groups = _groups(robot, [*symbols, *candidates], patterns, fixed, shared)
     chosen = {name for names in groups.values() for name in names}
     constants = {name: robot.nominal[name] for name in symbols if name not in chosen}
     if constants:
@@ -143,20 +118,7 @@ def with_unknowns(
                 unknowns.append(unknown)
             continue
         first, *alike = (candidates[name][0] for name in names)
-        if any(other.kind is not first.kind or other.unit != first.unit for other in alike):
-            raise InputError(
-                f"shared {group!r}", got=Words("parts of several kinds"), expected="one kind"
-            )
-        if not np.allclose([other.nominal for other in alike], first.nominal, rtol=1e-9):
-            raise InputError(
-                f"shared {group!r}",
-                got=Words("parts of different compliance"),
-                expected="equal parts",
-            )
-        if first.plays and alike:
-            raise InputError(
-                f"shared {group!r}", got=Words("play"), expected="one number for each joint"
-            )
+        _check_shared(group, first, alike)
         unknowns.append(replace(first, name=group))
         symbol = _symbol(group, positive=first.kind is not UnknownKind.GEOMETRY or None)
         changes |= {name: (candidates[name][1], symbol) for name in names}
@@ -174,6 +136,48 @@ def with_unknowns(
     nominal |= {unknown.name: unknown.nominal for unknown in unknowns}
     nominal = {name: value for name, value in nominal.items() if name not in constants}
     return replace(robot, legs=legs, nominal=nominal), tuple(unknowns)
+
+
+def _groups(
+    robot: Robot, names: Sequence[str], patterns: Sequence[str], fixed: Sequence[str], shared: bool
+) -> dict[str, list[str]]:
+    """Which of the known names are one number, by the name of their unknown.
+
+    Raises InputError when a pattern fits nothing, or nothing is left.
+    """
+    for pattern in (*patterns, *fixed):
+        if not any(_fits(name, pattern) for name in names):
+            purpose = "to identify" if pattern in patterns else "that is fixed"
+            hint = 'or a parameter of the file; in Python load(file, symbols=("R",)) keeps it'
+            raise InputError(
+                f"parameter of {robot.name!r} {purpose}",
+                got=pattern,
+                expected="one of " + ", ".join(names[:40]),
+                hint=None if "/" in pattern else hint,
+            )
+    free = [name for name in names if not any(_fits(name, other) for other in fixed)]
+    groups: dict[str, list[str]] = {}
+    for pattern in patterns:
+        fits = [name for name in free if _fits(name, pattern)]
+        free = [name for name in free if name not in fits]
+        groups |= {pattern: fits} if shared and fits else {name: [name] for name in fits}
+    if not groups:
+        got = "none that is not fixed" if patterns else "none"
+        raise InputError("parameters to identify", got=got, expected='names, such as "arm/joint*"')
+    return groups
+
+
+def _check_shared(group: str, first: Unknown, others: Sequence[Unknown]) -> None:
+    """Raise InputError where one number cannot stand for all of some unknowns."""
+    got = expected = ""
+    if any(other.kind is not first.kind or other.unit != first.unit for other in others):
+        got, expected = "parts of several kinds", "one kind"
+    elif not np.allclose([other.nominal for other in others], first.nominal, rtol=1e-9):
+        got, expected = "parts of different compliance", "equal parts"
+    elif first.plays and others:
+        got, expected = "play", "one number for each joint"
+    if got:
+        raise InputError(f"shared {group!r}", got=Words(got), expected=expected)
 
 
 def _fits(name: str, pattern: str) -> bool:

@@ -97,6 +97,18 @@ def values(number: int) -> str:
     return f"{number} value{'s' * (number != 1)}"
 
 
+#: Words that people write for those of files, which may be spelt more like others of them.
+_SAME_MEANING = {
+    **dict.fromkeys(("active", "driven", "drive", "motor", "motorised"), ("actuated",)),
+    **{"free": ("passive",), "fixed": ("locked", "rigid"), "weld": ("rigid",)},
+    **dict.fromkeys(("r", "hinge", "pin", "rotational", "continuous"), ("revolute",)),
+    **dict.fromkeys(("p", "slider", "linear", "translational", "sliding"), ("prismatic",)),
+    **dict.fromkeys(("u", "cardan", "hooke"), ("universal",)),
+    **dict.fromkeys(("s", "ball", "ball joint"), ("spherical",)),
+    **dict.fromkeys(("xyz", "position", "origin", "point"), ("at",)),
+    **dict.fromkeys(("rotation", "rpy", "rotate", "angles"), ("turn",)),
+    **{"c": ("cylindrical",), "k": ("stiffness",), "nu": ("poisson_ratio",)},
+}
 _LONGEST_WORD = 60
 _MOST_CANDIDATES = 1000
 _SHORTEST_BEGINNING = 3
@@ -113,17 +125,21 @@ def nearest(word: str, allowed: Iterable[str]) -> str | None:
     'mm'
     >>> nearest("gough", ["hexapod", "gough-stewart-a"])
     'gough-stewart-a'
+    >>> nearest("active", ["passive", "actuated"])
+    'actuated'
+    >>> nearest("slide", ["bed/slide", "slider"])
+    'bed/slide'
     """
     candidates = list(islice(allowed, _MOST_CANDIDATES))
     if len(word) > _LONGEST_WORD:
         return None
-    for candidate in candidates:
-        if candidate.casefold() == word.casefold():
-            return candidate
-    close = difflib.get_close_matches(word, candidates, n=1)
-    if not close and len(word) >= _SHORTEST_BEGINNING:
-        start = word.casefold()
-        close = [name for name in candidates if name.casefold().startswith(start)]
+    folded = word.casefold()
+    close = [name for name in candidates if name.casefold() == folded]
+    close += [name for name in candidates if name.casefold().endswith(f"/{folded}")]
+    close += [name for name in _SAME_MEANING.get(folded, ()) if name in candidates]
+    close += difflib.get_close_matches(word, candidates, n=1)
+    if len(word) >= _SHORTEST_BEGINNING:
+        close += [name for name in candidates if name.casefold().startswith(folded)]
     return close[0] if close else None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -182,12 +183,16 @@ def _problem_of_key(
         present = reduce(getitem, parent, data)
         required_first = sorted(fields, key=lambda item: not item[1].is_required())
         allowed = [field.alias or name for name, field in required_first]
-        meant = nearest(str(key), [word for word in allowed if word not in present])
+        absent = [word for word in allowed if word not in present]
+        # Without its space, or its colon, YAML takes a value as a part of the key.
+        word, rest = [*re.split(r"\s*[:=\s]\s*", str(key), maxsplit=1), ""][:2]
+        meant = word if rest and word in absent else nearest(str(key), absent)
+        hint = f"write {word}: {rest}, with a colon and a space" if rest and meant == word else None
         return Problem(
             path,
             expected=_one_of(allowed) if allowed else "no key here",
             subject="unknown key",
-            hint=f"did you mean {meant}?" if meant else None,
+            hint=hint or (f"did you mean {meant}?" if meant else None),
             rank=Rank.UNKNOWN_KEY,
             meant=(*parent, meant) if meant else None,
         )

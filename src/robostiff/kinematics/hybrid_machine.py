@@ -167,17 +167,7 @@ def hybrid_machine(
     names = [module.name for module in modules]
     if len(set(names)) < len(names):
         raise InputError("names of the modules", got=names, expected="each name once")
-    nominal: dict[str, float] = {}
     robots = [module.robot for module in modules if module.robot is not None]
-    for module in modules:
-        for symbol, value in ({} if module.robot is None else module.robot.nominal).items():
-            if nominal.setdefault(symbol, value) != value:
-                raise InputError(
-                    f"symbol {symbol!r} of module {module.name!r}",
-                    got=value,
-                    expected=f"{nominal[symbol]:g}, as in the modules before: "
-                    "a symbol has one value",
-                )
     first, *others = modules
     own_gravity = None if first.robot is None else first.robot.gravity
     own_gravity = None if own_gravity is None else first.begins_at.R @ own_gravity
@@ -210,7 +200,7 @@ def hybrid_machine(
         space=Space.PLANAR if spaces == {Space.PLANAR} else Space.SPATIAL,
         title=title,
         source=source,
-        nominal=nominal,
+        nominal=_nominal_values(modules),
         meanings={name: text for own in robots for name, text in own.meanings.items()},
         units={name: unit for own in robots for name, unit in own.units.items()},
         platform_masses=() if last is None else last.platform_masses,
@@ -219,6 +209,21 @@ def hybrid_machine(
     if robot.has_formulas:
         robot = with_entries(robot, exact_number)
     return robot if by_joints else _with_coordinates(robot, chosen=coordinates is not None)
+
+
+def _nominal_values(modules: Sequence[Module]) -> dict[str, float]:
+    """Values of the symbols of all modules; InputError where two give one symbol other values."""
+    nominal: dict[str, float] = {}
+    for module in modules:
+        for symbol, value in ({} if module.robot is None else module.robot.nominal).items():
+            if nominal.setdefault(symbol, value) != value:
+                raise InputError(
+                    f"symbol {symbol!r} of module {module.name!r}",
+                    got=value,
+                    expected=f"{nominal[symbol]:g}, as in the modules before: "
+                    "a symbol has one value",
+                )
+    return nominal
 
 
 def _elements(module: Module, *, carries_next: bool) -> Iterator[Element]:

@@ -289,7 +289,7 @@ def requested_joints(robot: Robot, pose: JointCoordinates) -> PoseRequest:
     couplings hold.
     """
     chain, subject = robot.legs[0].chain, f"joint coordinates of {robot.name!r}"
-    words = f"{chain.size} finite numbers in the last axis"
+    words = f"{chain.size} finite numbers in the last axis: {' '.join(chain.coordinate_names)}"
     check_order(subject, pose.values, chain.coordinate_names)
     q = as_floats(subject, pose.values, words, joint_units(chain))
     if q.ndim == 0 or q.shape[-1] != chain.size:

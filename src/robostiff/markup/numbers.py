@@ -135,5 +135,5 @@ def shown_matrix(K: np.ndarray) -> np.ndarray:
 
     size = np.sqrt(np.maximum(np.abs(np.diag(K)), np.finfo(float).tiny))
     # A zero diagonal means a zero row: its entries are rounding beside the whole block.
-    size = np.maximum(size, 1e-9 * size.max())
+    size = np.where(size < 1e-7 * size.max(), 1e-4 * size.max(), size)
     return np.where(np.abs(K) < 1e-10 * np.outer(size, size), 0.0, K)

@@ -62,16 +62,16 @@ def identification_page(result: Identified, level: float = 0.95) -> Page:
         ("probability of a larger one", Number(result.probability)),
     ]
     if not measured.has_sigma:
-        facts[2:] = [("standard deviation of a coordinate [um]", Number(1e6 * result.sigma))]
+        facts[2:] = [("standard deviation of a coordinate [µm]", Number(1e6 * result.sigma))]
     branches = measured.branches
     if len(branches):
         floor = 1e6 * float(np.sqrt(np.nanmean(branches[:, :3] ** 2)))
-        facts.append(("loading less unloading, root mean square [um]", Number(floor)))
+        facts.append(("loading less unloading, root mean square [µm]", Number(floor)))
     tables = (
         (("parameter", "value", f"{until} from", "to", "nominal"), rows),
         (("stiffness", "value", f"{until} from", "to"), stiffnesses),
         (("frame", "value", "standard deviation"), frames),
-        (("marker", "readings", f"{_REST} [um]", "largest [um]"), at_markers),
+        (("marker", "readings", f"{_REST} [µm]", "largest [µm]"), at_markers),
         (("drive", "readings", f"{_REST} [SI]", "largest"), at_drives),
         (("fit", ""), facts),
     )
@@ -126,7 +126,7 @@ def compensation_page(result: Compensation) -> Page:
         sizes = (np.linalg.norm(known[:, s], axis=1) for s in (slice(3), slice(3, 6)))
         most = (Number(round(1e6 * float(x.max()), 6)) if x.size else "none" for x in sizes)
         rows.append((words, *most))
-    statuses = [(str(Status(int(k))), f"{n} points") for k, n in zip(kinds, counts, strict=True)]
+    statuses = [(str(Status(int(k))), str(n)) for k, n in zip(kinds, counts, strict=True)]
     advice, count = list(result.status.advice), len(result.target)
     if result.jumps:
         points = ", ".join(str(k + 1) for k in result.jumps[:5])
@@ -140,7 +140,7 @@ def compensation_page(result: Compensation) -> Page:
         f", {count} point{'s' if count > 1 else ''} of a path",
         result.status,
         [
-            Table(("largest", "shift [um]", "rotation [urad]"), rows),
+            Table(("largest", "shift [µm]", "rotation [µrad]"), rows),
             Table(("status", "points"), statuses) if result.status else None,
         ],
         tuple(advice),

@@ -223,17 +223,17 @@ def response_page(result: NetworkResponse) -> Page:
     turns = space.size - d
     twists, shifts = (_without_rounding(motions, d) for motions in (result.twists, result.shifts))
     reactions = _without_rounding(result.reactions, d)
-    moved = [(n, named(space.twist_order, 1e6 * t, "um", "urad")) for n, t in twists.items()]
+    moved = [(n, named(space.twist_order, 1e6 * t, "µm", "µrad")) for n, t in twists.items()]
     for name in result.free_nodes:
         words = "can move freely"
         if name in shifts:
-            shift = named(space.twist_order[:d], 1e6 * shifts[name], "um", "urad")
+            shift = named(space.twist_order[:d], 1e6 * shifts[name], "µm", "µrad")
             words = f"{shift}; it spins freely"
         moved.append((name, words))
     supports = [(n, named(space.wrench_order, F, "N", "N m")) for n, F in reactions.items()]
     supports += [(n, "statically indeterminate") for n in network.fixed if n not in reactions]
     blocks: list[Block | None] = [
-        Table(("node", "displacement [um, urad]"), moved),
+        Table(("node", "displacement [µm, µrad]"), moved),
         Table(("support", "reaction [N, N m]"), supports),
     ]
     sections = {name: attributes(beam, "start end") for name, beam in result.beams.items()}

@@ -23,6 +23,7 @@ _WRITERS = {
     "Deflection": ("stiffness", "deflection_page"),
     "Verification": ("stiffness", "verification_page"),
     "StiffnessIndices": ("indices", "indices_page"),
+    "CableTensions": ("stiffness", "cable_tensions_page"),
     "CableStiffness": ("stiffness", "cable_stiffness_page"),
     "CableResponse": ("stiffness", "cable_response_page"),
     "Equilibrium": ("loads", "equilibrium_page"),

@@ -14,7 +14,6 @@ from robostiff.markup import (
     COMPLIANCE_UNITS,
     STIFFNESS_UNITS,
     Block,
-    Cell,
     Facts,
     LabelledMatrix,
     Number,
@@ -28,7 +27,8 @@ from robostiff.page.of_result import UNDER_LOAD, attributes, order, page_data, p
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:
-    from robostiff.analysis import CableResponse, CableStiffness, Deflection, PartShare
+    from robostiff.analysis import CableResponse, CableStiffness, CableTensions, Deflection
+    from robostiff.analysis.deflection_under_load import PartShare
     from robostiff.analysis.verification import Verification
 
 
@@ -148,7 +148,7 @@ def verification_page(result: Verification) -> Page:
 
 
 def posed_page(
-    result: Stiffness | CableStiffness,
+    result: Stiffness | CableStiffness | CableTensions,
     blocks: Sequence[Block | None],
     data: Mapping[str, Any],
     answer: Any = None,
@@ -159,7 +159,7 @@ def posed_page(
     return Page(result.name, place, of.status, blocks, of.advice, data, posture=posture)
 
 
-def place_of(result: Stiffness | CableStiffness) -> str:
+def place_of(result: Stiffness | CableStiffness | CableTensions) -> str:
     """Pose, reference point and axes, behind a name."""
     point = f"about ({row(result.reference_point)}) m, world axes"
     if result.pose is None:
@@ -177,8 +177,8 @@ def _posture(result: Stiffness) -> str:
     ((leg, q),) = result.joint_coordinates.items()
     names = result.details().joint_names.get(leg, [leg] * len(q))
     drives = [
-        f"{name}={number(value)}"
-        for name, value in zip(names, q, strict=True)
+        f"{name}={value}"
+        for name, value in zip(names, row(q).split(", "), strict=True)
         if f"{leg}/{name}" not in result.details().passive_joint_names
     ]
     if len(drives) == len(q):
@@ -283,6 +283,13 @@ def named(names: Sequence[str], values: np.ndarray, unit: str, angular: str) -> 
     return ", ".join(parts) or "none"
 
 
+def cable_tensions_page(result: CableTensions) -> Page:
+    """Tensions of a cable robot at a single pose."""
+    blocks = [*_balanced(result), tension_table(result) if result.feasible else None]
+    data = attributes(result, "pose reference_point wrench cable_names values rule")
+    return posed_page(result, [*blocks, Facts((("tensions", result.rule),))], data)
+
+
 def cable_stiffness_page(result: CableStiffness) -> Page:
     """Tensions and stiffness of a cable robot at a single pose."""
     answered = bool(np.all(result.answered))
@@ -372,23 +379,23 @@ def cable_load_blocks(response: CableResponse) -> list[Block]:
     ]
 
 
-def tension_table(result: CableStiffness, after: CableStiffness | None = None) -> Table:
+def tension_table(
+    result: CableStiffness | CableTensions, after: CableStiffness | None = None
+) -> Table:
     """Length, stiffness and tension of every cable, and its tension under a load."""
-    header = ["cable", "length [m]", "stiffness [N/m]", "tension [N]"]
-    columns = [result.placed.lengths, result.axial, result.tensions]
+    columns: dict[str, Any] = {"cable": result.cable_names, "length [m]": result.placed.lengths}
+    if (axial := getattr(result, "axial", None)) is not None:
+        columns["stiffness [N/m]"] = axial
+    columns["tension [N]"] = result.tensions
     if after is not None:
-        header.append("under load [N]")
-        columns.append(after.tensions)
-    rows: list[list[Cell]] = [
-        [name, *(Number(float(column[i])) for column in columns)]
-        for i, name in enumerate(result.cable_names)
-    ]
-    return Table(header, rows)
+        columns["under load [N]"] = after.tensions
+    rows = zip(*columns.values(), strict=True)
+    return Table(list(columns), [[name, *map(Number, map(float, own))] for name, *own in rows])
 
 
-def _balanced(result: CableStiffness) -> list[Block | None]:
+def _balanced(result: CableStiffness | CableTensions) -> list[Block | None]:
     """The wrench beside the weight that the cables balance."""
-    words = named(result.space.wrench_order, result.wrench, "N", "N m")
+    words = named(result.placed.space.wrench_order, result.wrench, "N", "N m")
     return [Facts((("balanced", words),))] if np.any(result.wrench) else []
 
 

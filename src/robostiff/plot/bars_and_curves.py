@@ -263,7 +263,7 @@ def load_curve(
 
 
 def residuals_picture(result: Identified) -> Curves:
-    """Residuals of the three coordinates of markers over the readings [um]."""
+    """Residuals of the three coordinates of markers over the readings [µm]."""
     readings = np.arange(1, len(result.measured) + 1, dtype=float)
     rest = 1e6 * result.residuals
     rest[result.measured.of_drives] = np.nan
@@ -273,7 +273,7 @@ def residuals_picture(result: Identified) -> Curves:
         if np.isfinite(rest[:, k]).any()
     ]
     title = f"Residuals of {result.robot.name}"
-    return Curves(title, "reading", "residual [um]", tuple(curves))
+    return Curves(title, "reading", "residual [µm]", tuple(curves))
 
 
 def compensation_picture(result: Compensation) -> Curves:
@@ -286,4 +286,4 @@ def compensation_picture(result: Compensation) -> Curves:
         moved = 1e6 * np.linalg.norm(twists[:, :3], axis=1)
         curves.append(Curve(name, points, np.maximum(moved, _LEAST), Category(k)))
     title = f"{result.robot.name} along a path"
-    return Curves(title, "point", "off the path [um]", tuple(curves), is_log=True)
+    return Curves(title, "point", "off the path [µm]", tuple(curves), is_log=True)

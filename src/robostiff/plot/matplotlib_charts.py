@@ -363,7 +363,8 @@ def draw_field(picture: Field, canvas: Canvas) -> Axes:
     if picture.scale is not None:
         look = colours(picture.scale, palette)
         shown = ax.pcolormesh(x_edges, y_edges, values, rasterized=True, **look)
-        colour_bar(ax, shown, picture.scale)
+        if values.count():
+            colour_bar(ax, shown, picture.scale)
     handles, labels = [], []
     for region in picture.regions:
         ax.add_patch(region_patch(x_edges, y_edges, region.where, region.style(palette)))
@@ -440,6 +441,8 @@ def draw_curves(picture: Curves, canvas: Canvas) -> Axes:
         look = {"linestyle": style, "color": colour, "marker": marker, "markersize": 4}
         handles += ax.plot(curve.x, curve.y, **look)
     ax.set(xlabel=picture.x_label, ylabel=picture.y_label, title=picture.title)
+    if "[" not in picture.x_label:  # a number of points
+        ax.xaxis.get_major_locator().set_params(integer=True)
     if picture.is_log:
         ax.set_yscale("log")
     ax.grid(True)

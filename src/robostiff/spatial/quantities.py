@@ -201,8 +201,10 @@ def as_floats(
     expected: str,
     units: Units | None = None,
     shape: tuple[int, ...] | None = None,
+    *,
+    copy: bool = True,
 ) -> np.ndarray:
-    """Real finite numbers, or quantities in SI units, as an array of floats of its own.
+    """Real finite numbers, or quantities in SI units, as an array of floats.
 
     Parameters
     ----------
@@ -217,6 +219,9 @@ def as_floats(
         numbers, and what quantities are converted to. Left out, none are taken.
     shape : tuple of int, optional
         The one that fits.
+    copy : bool
+        Whether the array is a copy: answers that are worked out later need one, as the caller may
+        fill his array anew.
 
     Raises
     ------
@@ -245,7 +250,7 @@ def as_floats(
         raise InputError(entry, got=array[place], expected="a finite number up to 1e30")
     if shape is not None and array.shape != shape:
         raise InputError(subject, got=value, expected=expected)
-    return np.array(array, dtype=float)  # its own: answers are worked out when they are asked for
+    return np.array(array, dtype=float, copy=copy or None)
 
 
 def check_order(subject: str, value: Any, *orders: Sequence[str]) -> None:

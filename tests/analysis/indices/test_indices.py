@@ -61,16 +61,12 @@ def rebuilt(found: Eigenscrews, reference: np.ndarray) -> np.ndarray:
     return K
 
 
-def all_of(found: Eigenscrews) -> tuple:
-    return (*found.wrenches, *found.twists)
-
-
 @given(SEEDS, st.integers(1, 6))
 def test_eigenscrews_are_all_of_K(seed: int, number: int):
     result = on_struts(seed, number)
     found = eigenscrews(result)
     assert distance(rebuilt(found, result.reference_point), result.K) <= 1e-6
-    held = sum(k.stiffness > 0 for k in all_of(found))
+    held = sum(k.stiffness > 0 for k in (*found.wrenches, *found.twists))
     assert held == int(result.rank) == number
 
 

@@ -1,17 +1,23 @@
 """Robots to compile, and poses around home."""
 
+from typing import Any
+
 import numpy as np
+import pytest
 
 import robostiff as rs
 from robostiff.kinematics import Pose
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.model import ALL_COORDINATES
 
+BACKENDS = [
+    rs.Backend.ARRAYS,
+    pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("llvmlite")),
+]
+
 
 def model(name: str, *symbols: str) -> rs.Robot:
-    robot = rs.load(name, symbols=symbols) if symbols else rs.load(name)
-    assert isinstance(robot, rs.Robot)
-    return robot
+    return rs.load(name, symbols=symbols) if symbols else rs.load(name)
 
 
 def around_home(robot: rs.Robot, count: int, spread: float = 0.05, seed: int = 7) -> Pose:
@@ -29,3 +35,13 @@ def row(pose: Pose, i: int) -> Pose:
     if isinstance(pose, rs.JointCoordinates):
         return rs.JointCoordinates(np.asarray(pose.values)[i])
     return np.asarray(pose)[i]
+
+
+def every_output(wrench: Any) -> list[Any]:
+    return [
+        rs.StiffnessMatrix(),
+        rs.ComplianceMatrix(),
+        rs.DeflectionUnder(wrench),
+        rs.PrincipalStiffness(),
+        rs.WorstDeflection(),
+    ]

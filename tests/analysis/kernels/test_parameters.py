@@ -5,17 +5,14 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.posed_stiffness import direct_stiffness
-from tests.analysis.kernels.cases import around_home, model, row
+from tests.analysis.kernels.cases import BACKENDS, around_home, model, row
+from tests.files import written
 
 ROBOTS = {
-    "hexapod": ("R", "alpha", "k_screw", "cylinder"),
-    "3-rrr": ("l1", "l2", "k"),
-    "gough-stewart-a": ("R", "k"),
-    "two-link-arm": ("l1", "b"),
-    "planar-link": ("L",),
-    "3-rps": ("R", "r", "k"),
-    "t3r1": ("l", "k"),
-}
+    "hexapod": ("R", "alpha", "k_screw", "cylinder"), "3-rrr": ("l1", "l2", "k"),
+    "gough-stewart-a": ("R", "k"), "two-link-arm": ("l1", "b"), "planar-link": ("L",),
+    "3-rps": ("R", "r", "k"), "t3r1": ("l", "k"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -100,14 +97,9 @@ legs:
 """
 
 
-@pytest.mark.parametrize(
-    "backend",
-    [rs.Backend.ARRAYS, pytest.param(rs.Backend.MACHINE, marks=pytest.mark.needs("llvmlite"))],
-)
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_a_structure_has_one_pose_and_as_many_values_as_wanted(backend, tmp_path):
-    file = tmp_path / "frame.yaml"
-    file.write_text(STRUCTURE)
-    robot = rs.load(file, symbols=("h",))
+    robot = rs.load(written(tmp_path / "frame.yaml", STRUCTURE), symbols=("h",))
     for parameters, heights in ((("h",), [0.4, 0.5, 0.7]), ((), [0.5])):
         outputs = [rs.StiffnessMatrix(), rs.ComplianceMatrix()]
         compiled = rs.compile(robot, outputs, parameters=parameters, backend=backend)
@@ -219,8 +211,7 @@ def test_values_of_which_a_part_does_not_exist_are_refused(values, message, arm_
 @pytest.fixture(scope="module")
 def arm_kernels(tmp_path_factory):
     """Its thin tube leaves the samples of the parameters little room."""
-    file = tmp_path_factory.mktemp("arm") / "arm.yaml"
-    file.write_text(ARM)
+    file = written(tmp_path_factory.mktemp("arm") / "arm.yaml", ARM)
     robot = rs.load(file, symbols=rs.ALL_PARAMETERS)
     names = [str(symbol) for symbol in robot.symbols]
     loaded = rs.compile_loaded(robot, parameters=names, backend=rs.Backend.ARRAYS)

@@ -9,7 +9,7 @@ from robostiff import Axis, Batched, Compiled, Grid, Quantity, RandomPoses, Thre
 from robostiff.analysis.maps.evaluator import MapEvaluator
 from robostiff.analysis.maps.map import checked_job
 from robostiff.analysis.maps.pose_columns import joint_columns, pose_columns
-from tests.analysis.maps.robots import loaded, values_at
+from tests.analysis.maps.robots import values_at
 
 OF_K = (Quantity.STIFFNESS, Quantity.PRINCIPAL_STIFFNESS, Quantity.INDICES)
 ALL = (*OF_K, Quantity.WORST_DEFLECTION, Quantity.DEFLECTION)
@@ -33,7 +33,7 @@ def is_batched(job) -> bool:
 
 
 def batched_of(name, quantities):
-    robot = loaded(name)
+    robot = rs.load(name)
     by_joints = robot.is_serial and robot.home is None
     columns = joint_columns(robot.legs[0]) if by_joints else pose_columns(
         robot, [coordinate.value for coordinate in robot.coordinates]
@@ -65,7 +65,7 @@ def test_kernels_fill_maps_as_the_batched_form_does(name, quantities, spread):
 
 
 def test_large_maps_are_compiled_and_small_ones_are_not():
-    robot = loaded("3-rpr")
+    robot = rs.load("3-rpr")
     small = checked_job(robot, Grid(x=Axis(0, 0.1, 10)), OF_K)
     large = checked_job(robot, RandomPoses(100_000, {"x": (0, 0.1)}), OF_K)
     assert is_batched(small)
@@ -76,14 +76,12 @@ def test_large_maps_are_compiled_and_small_ones_are_not():
 
 @pytest.mark.parametrize(
     ("name", "poses", "quantities", "message"),
-    [
-        ("hexapod", "x", [Quantity.ACTUATOR_FORCES], "actuator forces"),
-        ("3-puu", "rx", [Quantity.STIFFNESS], "coordinates that are free: x y z"),
-        ("gough-stewart-a", "x", [Quantity.WORST_DEFLECTION], "free motions at every pose"),
-    ],
-)
+    [("hexapod", "x", [Quantity.ACTUATOR_FORCES], "actuator forces"),
+     ("3-puu", "rx", [Quantity.STIFFNESS], "coordinates that are free: x y z"),
+     ("gough-stewart-a", "x", [Quantity.WORST_DEFLECTION], "free motions at every pose")],
+)  # fmt: skip
 def test_what_kernels_cannot_do_is_left_to_the_batched_form(name, poses, quantities, message):
-    robot, source = loaded(name), RandomPoses(100_000, {poses: (0, 0.01)})
+    robot, source = rs.load(name), RandomPoses(100_000, {poses: (0, 0.01)})
     wrench = [0, 0, 1, 0, 0, 0] if quantities[0].needs_wrench else None
     request = checked_job(robot, source, quantities, wrench=wrench)
     assert is_batched(request)
@@ -92,7 +90,7 @@ def test_what_kernels_cannot_do_is_left_to_the_batched_form(name, poses, quantit
 
 
 def test_maps_by_both_methods_are_the_same():
-    robot = loaded("hexapod")
+    robot = rs.load("hexapod")
     grid = Grid(x=Axis(-0.1, 0.1, 5), z=Axis(0.6, 1.4, 9), rz=Axis(-0.3, 0.3, 3))
     one, two = (rs.stiffness_map(robot, grid, OF_K, method=m) for m in (ARRAYS, Batched()))
     assert one.attrs["method"] != two.attrs["method"]
@@ -105,7 +103,7 @@ def test_maps_by_both_methods_are_the_same():
 
 
 def test_where_and_threads_change_no_bit_of_a_compiled_map():
-    robot, poses = loaded("3-rpr"), RandomPoses(300_000, {"x": (-0.1, 0.1)}, seed=2)
+    robot, poses = rs.load("3-rpr"), RandomPoses(300_000, {"x": (-0.1, 0.1)}, seed=2)
     one, two = (rs.stiffness_map(robot, poses, scheduler=Threads(n)) for n in (1, 2))
     assert one.attrs["method"].startswith("compiled")
     xarray.testing.assert_identical(one, two)
@@ -115,13 +113,3 @@ def test_where_and_threads_change_no_bit_of_a_compiled_map():
     np.testing.assert_array_equal(
         half.translational_stiffness, one.translational_stiffness.where(kept)
     )
-
-
-def test_a_store_remembers_its_method(tmp_path):
-    robot, grid = loaded("3-rpr"), Grid(x=Axis(-0.1, 0.1, 9))
-    path = tmp_path / "map.zarr"
-    first = rs.stiffness_map(robot, grid, store=path, method=ARRAYS)
-    again = rs.stiffness_map(robot, grid, store=path, resume=True, method=ARRAYS)
-    xarray.testing.assert_identical(first, again)
-    with pytest.raises(rs.InputError, match="method"):
-        rs.stiffness_map(robot, grid, store=path, resume=True, method=Batched())

@@ -17,7 +17,6 @@ from distributed import Client, LocalCluster
 import robostiff as rs
 from robostiff import Quantity, RandomPoses
 from robostiff.io.map_files import read_map
-from tests.analysis.maps.robots import loaded
 from tests.analysis.maps.test_stores import Interruption, interrupted_after
 from tests.interrupts import interrupts_heard
 
@@ -32,7 +31,7 @@ ARGUMENTS = (
 def undisturbed():
     turn = 10 * 0.017453292519943295
     poses = RandomPoses(COUNT, {"x": (-0.05, 0.05), "rz": (-turn, turn)}, seed=7)
-    return rs.stiffness_map(loaded("3-rpr"), poses, method=rs.Batched())
+    return rs.stiffness_map(rs.load("3-rpr"), poses, method=rs.Batched())
 
 
 def started(folder, *more):
@@ -54,11 +53,9 @@ def wait_for_a_block(folder):
 
 @pytest.mark.parametrize(
     "how",
-    [
-        pytest.param(signal.SIGKILL, id="kill", marks=pytest.mark.slow),
-        pytest.param(signal.SIGINT, id="ctrl-c"),
-    ],
-)
+    [pytest.param(signal.SIGKILL, id="kill", marks=pytest.mark.slow),
+     pytest.param(signal.SIGINT, id="ctrl-c")],
+)  # fmt: skip
 def test_what_was_done_is_kept(how, tmp_path, undisturbed):
     process = started(tmp_path)
     wait_for_a_block(tmp_path)
@@ -86,7 +83,7 @@ POSES = RandomPoses(60_000, {"x": (-0.05, 0.05), "rz": (-0.2, 0.2)}, seed=1)
 
 @pytest.fixture(scope="module")
 def alone():
-    return rs.stiffness_map(loaded("3-rpr"), POSES, [Quantity.INDICES])
+    return rs.stiffness_map(rs.load("3-rpr"), POSES, [Quantity.INDICES])
 
 
 def test_a_killed_worker_is_survived(tmp_path, alone):
@@ -107,13 +104,9 @@ def test_a_killed_worker_is_survived(tmp_path, alone):
                 killed.append(pids[0])
 
         found = rs.stiffness_map(
-            loaded("3-rpr"),
-            POSES,
-            [Quantity.INDICES],
-            store=tmp_path / "map.zarr",
-            scheduler=cluster.scheduler_address,
-            progress=kill_one,
-        )
+            rs.load("3-rpr"), POSES, [Quantity.INDICES], store=tmp_path / "map.zarr",
+            scheduler=cluster.scheduler_address, progress=kill_one,
+        )  # fmt: skip
     assert killed
     xarray.testing.assert_identical(found.load(), alone)
 
@@ -125,12 +118,9 @@ def test_an_interrupted_map_leaves_nothing_to_be_done_by_a_closed_cluster(tmp_pa
     one: Any = LocalCluster(n_workers=1, processes=False, dashboard_address="localhost:0")
     with one as cluster, suppress(Interruption):
         rs.stiffness_map(
-            loaded("3-rpr"),
-            POSES,
-            store=tmp_path / "map.zarr",
-            scheduler=cluster.scheduler_address,
-            progress=interrupted_after(1),
-        )
+            rs.load("3-rpr"), POSES, store=tmp_path / "map.zarr",
+            scheduler=cluster.scheduler_address, progress=interrupted_after(1),
+        )  # fmt: skip
     gc.collect()
     assert unraisable == []
 
@@ -139,6 +129,6 @@ def test_a_scheduler_that_is_not_there_leaves_nothing_behind(tmp_path, monkeypat
     monkeypatch.setattr("robostiff.analysis.maps.run._PATIENCE", "200ms")
     with pytest.raises(rs.InputError, match="one that answers"):
         rs.stiffness_map(
-            loaded("3-rpr"), POSES, store=tmp_path / "map.zarr", scheduler="tcp://127.0.0.1:9"
+            rs.load("3-rpr"), POSES, store=tmp_path / "map.zarr", scheduler="tcp://127.0.0.1:9"
         )
     assert list(tmp_path.iterdir()) == []

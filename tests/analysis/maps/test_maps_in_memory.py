@@ -1,6 +1,7 @@
 """Maps as datasets: poses, quantities, dimensions, units, statuses and selection."""
 
 import json
+import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -17,12 +18,12 @@ from robostiff.analysis.maps.map import MapArrays
 from robostiff.analysis.maps.pose_columns import pose_columns
 from robostiff.analysis.measures import stiffness_indices, symmetric_eigenvalues
 from robostiff.errors import InputError
-from tests.analysis.maps.robots import loaded, values_at
+from tests.analysis.maps.robots import values_at
 
 
 def test_dimensions_coordinates_and_units():
     found = rs.stiffness_map(
-        loaded("hexapod"),
+        rs.load("hexapod"),
         Grid(rz=Axis(-0.1, 0.1, 3), x=Axis(0, 0.05, 2)),
         [Quantity.PRINCIPAL_STIFFNESS, Quantity.STIFFNESS],
     )
@@ -33,7 +34,7 @@ def test_dimensions_coordinates_and_units():
     assert found.translational_stiffness.attrs["units"] == "N/m"
     K = found.K.sel(rz=0.1, x=0.05).values
     np.testing.assert_allclose(
-        K, rs.stiffness(loaded("hexapod"), [0.05, 0, 0.9, 0, 0, 0.1]).K, rtol=1e-9, atol=1e-3
+        K, rs.stiffness(rs.load("hexapod"), [0.05, 0, 0.9, 0, 0, 0.1]).K, rtol=1e-9, atol=1e-3
     )
     low, high = found.translational_stiffness.attrs["actual_range"]
     assert low == found.translational_stiffness.min()
@@ -44,7 +45,7 @@ def test_dimensions_coordinates_and_units():
 
 
 def test_status_tells_where_there_is_no_answer():
-    found = rs.stiffness_map(loaded("3-puu"), Grid(x=Axis(-0.9, 0.9, 19)))
+    found = rs.stiffness_map(rs.load("3-puu"), Grid(x=Axis(-0.9, 0.9, 19)))
     masks, words = found.status.attrs["flag_masks"], found.status.attrs["flag_meanings"].split()
     flag = masks[words.index("unreachable")]
     unreachable = (found.status & flag) != 0
@@ -60,20 +61,20 @@ def test_status_tells_where_there_is_no_answer():
 def test_time_runs_along_a_trajectory():
     poses = PoseList(["x", "z"], [[0, 0.9], [0.01, 0.91], [0.02, 0.9]], time=[0, 0.5, 1.5])
     found = rs.stiffness_map(
-        loaded("hexapod"), poses, [Quantity.DEFLECTION], wrench=[0, 0, -100, 0, 0, 0]
+        rs.load("hexapod"), poses, [Quantity.DEFLECTION], wrench=[0, 0, -100, 0, 0, 0]
     )
     assert found.displacement.dims == ("pose", "displacement_axis")
     np.testing.assert_array_equal(found.time, [0, 0.5, 1.5])
     np.testing.assert_array_equal(found.x, [0, 0.01, 0.02])
     assert {"x", "z", "time"} <= set(found.coords)
-    bent = rs.deflection(loaded("hexapod"), [0.01, 0, 0.91, 0, 0, 0], [0, 0, -100, 0, 0, 0])
+    bent = rs.deflection(rs.load("hexapod"), [0.01, 0, 0.91, 0, 0, 0], [0, 0, -100, 0, 0, 0])
     np.testing.assert_allclose(
         found.displacement.sel(displacement_axis="dz")[1], bent.twist[2], rtol=1e-6
     )
 
 
 def test_where_leaves_poses_out_and_does_not_touch_the_others():
-    robot, grid = loaded("hexapod"), Grid(x=Axis(-0.1, 0.1, 9), y=Axis(-0.1, 0.1, 9))
+    robot, grid = rs.load("hexapod"), Grid(x=Axis(-0.1, 0.1, 9), y=Axis(-0.1, 0.1, 9))
     whole = rs.stiffness_map(robot, grid)
     disc = rs.stiffness_map(
         robot, grid, where=lambda pose: pose["x"] ** 2 + pose["y"] ** 2 <= 0.1**2 + 1e-12
@@ -89,7 +90,7 @@ def test_where_leaves_poses_out_and_does_not_touch_the_others():
 
 def test_where_may_leave_nothing():
     found = rs.stiffness_map(
-        loaded("hexapod"), Grid(x=Axis(0, 0.1, 3)), where=lambda pose: pose["x"] > 1
+        rs.load("hexapod"), Grid(x=Axis(0, 0.1, 3)), where=lambda pose: pose["x"] > 1
     )
     assert found.attrs["poses_computed"] == 0
     assert set(found.status.values) == {256}
@@ -97,7 +98,7 @@ def test_where_may_leave_nothing():
 
 def test_guarded_poses_are_counted():
     """Of a form with a kernel of its own, which says what it has computed again."""
-    robot, poses = loaded("3-rpr"), RandomPoses(5000, {"x": (-0.05, 0.05)}, seed=2)
+    robot, poses = rs.load("3-rpr"), RandomPoses(5000, {"x": (-0.05, 0.05)}, seed=2)
     slow = MapEvaluator(robot, pose_columns(robot, poses.names), (Quantity.STIFFNESS,))
 
     def guarding(asked: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
@@ -115,7 +116,7 @@ def test_guarded_poses_are_counted():
 def test_progress_is_reported_to_the_end():
     reported = []
     poses = RandomPoses(20_000, {"x": (0, 0.1)})
-    rs.stiffness_map(loaded("3-rpr"), poses, method=rs.Batched(), progress=reported.append)
+    rs.stiffness_map(rs.load("3-rpr"), poses, method=rs.Batched(), progress=reported.append)
     assert len(reported) > 1
     assert [p.done for p in reported] == sorted(p.done for p in reported)
     assert (reported[-1].done, reported[-1].total) == (20_000, 20_000)
@@ -124,7 +125,7 @@ def test_progress_is_reported_to_the_end():
 
 def test_joint_coordinates_choose_the_posture_of_all_poses(tmp_path):
     """As `stiffness` with ``near``; such a map is another map than that of home's posture."""
-    robot = loaded("3-rrr")
+    robot = rs.load("3-rrr")
     grid = Grid(x=Axis(-0.02, 0.02, 2), rz=Axis(0.05, 0.1, 2))
     near = [own[-1].coordinates for own in rs.postures(robot, [0.0, 0.0, 0.07]).values()]
     wanted = [Quantity.STIFFNESS, Quantity.ACTUATOR_FORCES]
@@ -216,6 +217,24 @@ def test_random_poses_do_not_depend_on_the_blocks(start, size, seed):
     np.testing.assert_array_equal(part, whole[:, start : start + size])
 
 
+@pytest.mark.parametrize(
+    ("make", "others"),
+    [
+        (lambda n=3, **more: Grid(x=Axis(0, 1, n), **more), [{"n": 4}, {"y": Axis(0, 1, 2)}]),
+        (
+            lambda a=0.0, **more: PoseList("x", np.arange(3.0)[:, None] + a, **more),
+            [{"a": 1e-15}, {"time": [0, 1, 2]}],
+        ),
+        (lambda n=3, **more: RandomPoses(n, {"x": (0, 1)}, **more), [{"n": 4}, {"seed": 1}]),
+    ],
+)
+def test_sources_of_the_same_poses_are_equal(make, others):
+    assert make() == pickle.loads(pickle.dumps(make()))  # noqa: S301
+    assert len({make(), make()}) == 1
+    assert all(make() != make(**other) for other in others)
+    assert make() != "x"
+
+
 def test_random_poses_fill_their_ranges_independently():
     x, rz = rs.RandomPoses(100_000, {"x": (-1, 1), "rz": (2, 5)}, 3).values((slice(None),))
     assert -1 <= x.min() < -0.999
@@ -227,11 +246,11 @@ def test_random_poses_fill_their_ranges_independently():
 
 
 def test_coordinates_left_out_are_free_or_at_home():
-    assert pose_columns(loaded("3-puu"), ["x"]).names == ("x", "y", "z")
-    assert len(pose_columns(loaded("3-puu"), ["x", "rx"]).names) == 6
-    hexapod = pose_columns(loaded("hexapod"), ["rz"])
+    assert pose_columns(rs.load("3-puu"), ["x"]).names == ("x", "y", "z")
+    assert len(pose_columns(rs.load("3-puu"), ["x", "rx"]).names) == 6
+    hexapod = pose_columns(rs.load("hexapod"), ["rz"])
     assert hexapod.home == (0, 0, 0.9, 0, 0, 0)
-    assert pose_columns(loaded("two-link-arm"), ["elbow"]).of_joints
+    assert pose_columns(rs.load("two-link-arm"), ["elbow"]).of_joints
 
 
 # Robot, coordinates, spread about home: regular, free motions, plane, arms, lower mobility.
@@ -248,7 +267,7 @@ ROBOTS = [
 
 
 def evaluated(name, coordinate, spread, count=6):
-    robot = loaded(name)
+    robot = rs.load(name)
     columns = pose_columns(robot, [coordinate])
     random = np.random.default_rng(5)
     poses = np.array(columns.home) + random.uniform(-spread, spread, (count, len(columns.home)))
@@ -324,7 +343,7 @@ def test_eigenvalues_of_special_matrices(matrix, values):
 
 
 def test_indices_do_not_depend_on_the_unit_of_length():
-    K = rs.stiffness(loaded("hexapod"), [0.05, 0.02, 0.9, 0, 0.1, 0]).K[None]
+    K = rs.stiffness(rs.load("hexapod"), [0.05, 0.02, 0.9, 0, 0.1, 0]).K[None]
     to_mm = np.diag([1e3, 1e3, 1e3, 1, 1, 1])
     K_mm = 1e3 * np.linalg.inv(to_mm) @ K @ np.linalg.inv(to_mm)  # works in N mm, not in J
     metres = stiffness_indices(K, np.array([6]), 0.4)

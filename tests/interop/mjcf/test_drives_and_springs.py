@@ -138,10 +138,8 @@ LEFT_OUT = [
     ),
     ({"drives": SERVOS, "head": '<option gravity="0 -9.81 0"/>'}, "not read: gravity 0 -9.81 0"),
     ({"drives": SERVOS + '<position site="tip" name="s" kp="3"/>'}, "drives of sites or bodies s"),
-    (
-        {"drives": SERVOS + '<muscle joint="j1" name="m" lengthrange="0 1"/>'},
-        "forces that a drive has by its position m",
-    ),
+    ({"drives": SERVOS + '<muscle joint="j1" name="m" lengthrange="0 1"/>'},
+     "forces that a drive has by its position m"),
     (
         {"drives": SERVOS + '<dcmotor joint="j1" name="m" motorconst="0.1" resistance="1" '
          'cogging="1 3 0"/>'},

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from tests.files import text_of
+from tests.files import text_of, written
 from tests.other_programs import ROBOTS
 
 UR5 = ROBOTS / "ur_description/urdf/ur5_robot.urdf"
@@ -35,9 +35,7 @@ needs_examples = pytest.mark.needs("example-robot-data")
 
 def with_side(folder: Path, side: str) -> Path:
     """A side file in a folder."""
-    path = folder / "side.yaml"
-    path.write_text(side, encoding="utf-8")
-    return path
+    return written(folder / "side.yaml", side)
 
 
 def robot_of(
@@ -83,9 +81,7 @@ def two_ur5(folder: Path) -> Path:
     <joint name="grasp" type="fixed"><parent link="left_tool0"/><child link="part"/>
       <origin xyz="0 0 0.1"/></joint>
     </robot>"""
-    path = folder / "cell.urdf"
-    path.write_text(cell, encoding="utf-8")
-    return path
+    return written(folder / "cell.urdf", cell)
 
 
 def _kinematics(text: str) -> str:

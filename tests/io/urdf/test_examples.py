@@ -9,6 +9,7 @@ from click.testing import CliRunner
 import robostiff as rs
 from robostiff.cli.main import app
 from robostiff.io.urdf import expand_xacro
+from tests.files import written
 from tests.io.urdf.examples import UR5, UR5_JOINTS, needs_examples, robot_of, with_side
 from tests.project.shown_output import ROOT
 
@@ -70,9 +71,7 @@ SIDE += 'joints: {"*": {stiffness: 1e4}}\n'
 @pytest.fixture
 def innocent(tmp_path):
     (tmp_path / "arm.urdf.xacro").write_text(ARM)
-    path = tmp_path / "innocent.yaml"
-    path.write_text(SIDE)
-    return path
+    return written(tmp_path / "innocent.yaml", SIDE)
 
 
 def test_a_side_file_may_not_name_a_xacro(innocent):

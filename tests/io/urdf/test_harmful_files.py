@@ -96,7 +96,6 @@ def test_xacro_is_expanded_with_what_it_includes(tmp_path, monkeypatch):
     _file(tmp_path / "parts", macros, "segment.xacro")
     monkeypatch.chdir("/")
     robot = rs.load(_file(tmp_path, arm, "arm.urdf.xacro"), side=with_side(tmp_path, SIDE))
-    assert isinstance(robot, rs.Robot)
     assert rs.find_posture(robot).pose[0].tolist() == [0, 0, 0.5, 0, 0, 0]
 
 

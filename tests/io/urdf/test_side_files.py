@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from tests.files import text_of
+from tests.files import text_of, written
 from tests.io.urdf.examples import (
     ROMEO,
     UR5,
@@ -25,9 +25,7 @@ STIFF = HEAD + 'tool: tip\njoints: {"*": {stiffness: 1e4}}\n'
 
 @pytest.fixture
 def arm(tmp_path):
-    path = tmp_path / "arm.urdf"
-    path.write_text(ARM, encoding="utf-8")
-    return path
+    return written(tmp_path / "arm.urdf", ARM)
 
 
 def test_the_side_file_is_found_beside_the_description(arm):
@@ -39,8 +37,7 @@ def test_the_side_file_is_found_beside_the_description(arm):
 @needs_examples
 def test_a_side_file_can_name_its_description(tmp_path):
     shutil.copy(UR5, tmp_path / "ur5.urdf")
-    side = tmp_path / "heavy payload.yaml"
-    side.write_text(UR5_SIDE + "robot: ur5.urdf\n", encoding="utf-8")
+    side = written(tmp_path / "heavy payload.yaml", UR5_SIDE + "robot: ur5.urdf\n")
     K = rs.stiffness(rs.load(side)).K
     assert matrix_distance(K, rs.stiffness(rs.load(UR5, side=side)).K) == 0.0
     assert rs.load_linkage(side).name == "ur5"

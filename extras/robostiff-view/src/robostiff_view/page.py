@@ -21,7 +21,8 @@ from robostiff_view.machines import Machine
 from robostiff_view.scene import LayeredScene
 from robostiff_view.sliders import Slider, load_sliders
 
-_WIDE, _NARROW = 540.0, 330.0  # [px]
+_WIDE, _NARROW = 440.0, 330.0  # [px]
+_NEEDED = 0.6  # width of the picture beside its height, in which the start shows all of a robot
 _MOST = 1e6  # exaggeration
 _EMPTY = "There is nothing to show."
 _NO_LOAD = "Move a component of the load: there is none yet."
@@ -234,6 +235,21 @@ class LivePage:
         else:
             camera.position = tuple(middle + size * np.array([0.75, -1.0, 0.55]))
         camera.look_at = tuple(middle)
+        self._server.on_client_connect(see_all)
+
+
+def see_all(client: Any) -> None:
+    """Move the camera away where the panels of a narrow window leave too little of the robot."""
+    width = 1.0  # of the picture, beside what a robot needs; 1 where there is enough
+
+    def step_back(camera: Any) -> None:
+        nonlocal width
+        before, width = width, min(1.0, camera.aspect / _NEEDED)
+        if width != before:
+            middle = np.array(camera.look_at)
+            camera.position = middle + (camera.position - middle) * before / width
+
+    client.camera.on_update(step_back)
 
 
 _STYLE = """<style>

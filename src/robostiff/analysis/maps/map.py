@@ -340,7 +340,7 @@ def _checked_robot(robot: Mapped | Snapshot, poses: Any, where: Any) -> Mapped:
             "poses of a map",
             got=poses,
             expected="a Grid, a PoseList or RandomPoses",
-            hint="write Grid(x=Axis(-0.1, 0.1, 21))",
+            hint="write Grid(x=Axis(-0.1, 0.1, 21)), or PoseList(names, poses) of an array (N, n)",
         )
     if where is not None and not callable(where):
         raise InputError(

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.maps.pose_columns import POSE_UNITS, read_coordinate
+from robostiff.analysis.record_file import plain
 from robostiff.compiled import uniform_rows
 from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen
@@ -61,6 +62,16 @@ class PoseSource(ABC):
                 kinds = {"m": "lengths", "rad": "angles"}
                 expected = f"{kinds[units[name]]} [{units[name]}]"
                 raise InputError(f"values of {name!r}", got=kinds[unit], expected=expected)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the other gives the same poses in the same order."""
+        if not isinstance(other, PoseSource):
+            return NotImplemented
+        mine, others = (plain([x.names, x.units_given, x.description()]) for x in (self, other))
+        return bool(mine == others)
+
+    def __hash__(self) -> int:
+        return hash((self.names, self.shape))
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {math.prod(self.shape)} poses: {' '.join(self.names)}>"

@@ -360,11 +360,14 @@ def parse_quantities(
         expected = "decimals with a point, and commas or spaces between numbers, not both"
         raise InputError(f"commas in {subject}", got=text, expected=expected)
     items: list[tuple[SIQuantity, str]] = []
+    called = [f"{subject}, item {k} ({name})" for k, name in enumerate(names, 1)]
+    if len(names) == 1:
+        called = [subject if subject.endswith(names[0]) else f"{subject} ({names[0]})"]
     start = after_space(text, 0)
     while start < len(text):
         item, dimension = f"{subject}, item {len(items) + 1}", Dimension.LENGTH
         if len(items) < len(names):
-            item, dimension = f"{item} ({names[len(items)]})", dimensions[len(items)]
+            item, dimension = called[len(items)], dimensions[len(items)]
         quantity, end = read_quantity(text, start, item, dimension)
         items.append((quantity, text[start:end]))
         start = after_space(text, end)
@@ -376,10 +379,8 @@ def parse_quantities(
         came = "1 number" if len(items) == 1 else f"{len(items)} numbers"
         raise InputError(subject, got=Words(came), expected=f"{len(dimensions)}: {' '.join(names)}")
     return [
-        to_si(quantity, dimension, subject=f"{subject}, item {number} ({name})", got=written)
-        for number, ((quantity, written), dimension, name) in enumerate(
-            zip(items, dimensions, names, strict=True), start=1
-        )
+        to_si(quantity, dimension, subject=item, got=written)
+        for (quantity, written), dimension, item in zip(items, dimensions, called, strict=True)
     ]
 
 

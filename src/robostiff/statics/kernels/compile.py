@@ -101,8 +101,8 @@ def compile_loaded(
     Raises
     ------
     InputError
-        When the robot has a flexible platform or laws of force, or when a parameter is no symbol of
-        it or a load does not fit.
+        When the robot has laws of force, or when a parameter is no symbol of it or a load does not
+        fit.
     NoAnswerError
         When the platform has free motions at every pose, or a leg is rigid in some direction.
     DisagreementError
@@ -130,7 +130,6 @@ def compile_loaded(
     if not isinstance(robot, Robot):
         subject, hint = "robot to compile under load", 'write compile_loaded(load("hexapod"))'
         raise InputError(subject, got=type(robot).__name__, expected="a Robot", hint=hint)
-    robot.check_platform_is_rigid("kernel under load")
     with_laws = robot.drives_with_laws
     with_symbols = parameters and any(True for _ in formulas(robot.springs))
     laws = f"laws of force or stiffness: {', '.join(with_laws)}"

@@ -270,7 +270,7 @@ class CompiledLoading:
         by_joints = isinstance(pose, JointCoordinates)
         numbers = inputs.checked(pose)
         F = beside(numbers.shape[:-1], wrenches_of("wrench", wrench, space))
-        given = np.atleast_2d(np.broadcast_to(numbers, (*F.shape[:-1], numbers.shape[-1])))
+        given = np.array(np.broadcast_to(numbers, (*F.shape[:-1], numbers.shape[-1])), ndmin=2)
         batch, F, count = F.shape[:-1], np.atleast_2d(F), len(given)
         if hooks is not None and not self.has_platforms:
             hint = "write compile_loaded(..., platforms=True)"

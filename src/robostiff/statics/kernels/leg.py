@@ -15,7 +15,7 @@ from robostiff.model.body_spring import BodySpring
 from robostiff.record import Entry, as_part, is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Elements, elastic_elements, in_series
-from robostiff.statics.chains.elements import NOBODY, Element, FiniteJoint, FiniteSpring, Share
+from robostiff.statics.chains.elements import Element, FiniteChain, FiniteJoint, FiniteSpring, Share
 from robostiff.statics.chains.legs import LegEquations, Legs, LegState
 from robostiff.statics.chains.numbers import Component
 from robostiff.statics.kernels.elimination import SymmetricElimination
@@ -156,8 +156,8 @@ class MovedBody:
 class RecordedLegs:
     """Legs whose coordinates, wrenches and bodies are unknowns, numbered as those of `Legs`.
 
-    Values of axial forces of beams are named by the numbers behind them. What holds springs at the
-    platform is the platform itself.
+    Values of axial forces of beams are named by the numbers behind them. A body that an empty chain
+    joins with the platform is the platform itself.
     """
 
     legs: Legs
@@ -177,7 +177,7 @@ class RecordedLegs:
     @cached_property
     def bodies(self) -> dict[int, MovedBody]:
         """The bodies between its chains."""
-        on_platform = [chain.start for chain in self.legs.chains if chain.owner == NOBODY]
+        on_platform = [chain.start for chain in self.legs.chains if _is_platform(chain)]
         points = enumerate(self.legs.points)
         return {b: MovedBody(f"b{b}", p) for b, p in points if b not in on_platform}
 
@@ -204,7 +204,7 @@ class RecordedLegs:
         legs, at, multipliers = self.legs, self.legs.numbers, {}
         usual = dict(zip(at.x.tolist(), [1e-3 * size for size in self.sizes], strict=True))
         for W, chain in zip(at.W.tolist(), legs.chains, strict=True):
-            if chain.owner != NOBODY:
+            if not _is_platform(chain):
                 usual |= dict(zip(W, self.force * self.length / self.lengths, strict=True))
         for u, coupling in zip(at.multipliers.tolist(), legs.rigid, strict=True):
             multipliers[u] = self.force * self.length / unit(coupling.drive, self.length)
@@ -259,8 +259,8 @@ class RecordedLegs:
         moment = np.zeros(6, dtype=int).astype(object)
         for c in at.on_platform:
             start, W = legs.chains[c].start, state.W[c]
-            is_platform = legs.chains[c].owner == NOBODY
-            moment[rows] = moment[rows] + (eq.r[at.bodies[start]] if is_platform else W)
+            force = eq.r[at.bodies[start]] if _is_platform(legs.chains[c]) else W
+            moment[rows] = moment[rows] + force
             for number, t, force in zip(at.W[c].tolist(), self.twist, W + eq.half[c], strict=True):
                 elimination.add(number, t, -1)
                 elimination.add_right(t, -force)
@@ -278,18 +278,20 @@ class RecordedLegs:
         follow = [
             at.x[legs.numbers.places[one.place]][0] for one in legs.couplings if not one.is_rigid
         ]
-        elastic, free, bodies = [], [], list(component.bodies)
-        multipliers, carried = at.multipliers[component.rigid].tolist(), []
+        elastic, free, multipliers = [], [], at.multipliers[component.rigid].tolist()
         for c in component.chains:
-            chain = legs.chains[c]
-            stiffness = (k for e in chain.elements for k in np.ravel(e.stiffness))
+            stiffness = (k for e in legs.chains[c].elements for k in np.ravel(e.stiffness))
             for u, k in zip(at.x[at.coordinates[c]].tolist(), stiffness, strict=True):
                 (free if is_zero(k) and u not in follow else elastic).append(u)
             multipliers += at.W[c].tolist()
-            end = chain.start if chain.owner == NOBODY else chain.end
-            if end in bodies:
-                bodies.remove(end)
-                carried += zip(at.bodies[end].tolist(), at.W[c].tolist(), strict=True)
+        carried, rest = [], set(component.bodies)
+        # Each body moves as the shortest chain that leads to it from the base or the platform.
+        chains = sorted(component.chains, key=lambda c: len(at.x[at.coordinates[c]]))
+        while rest:
+            ends = ((c, rest & {legs.chains[c].start, legs.chains[c].end}) for c in chains)
+            c, found = next((c, found) for c, found in ends if len(found) == 1)
+            rest -= found
+            carried += zip(at.bodies[found.pop()].tolist(), at.W[c].tolist(), strict=True)
         elimination.eliminate(elastic, free, multipliers, carried, self.force * self.length)
 
     def stepped(
@@ -311,6 +313,11 @@ class RecordedLegs:
             after |= body.stepped(values, twist)
         pairs = zip(step[at.x], self.sizes, strict=True)
         return after, [x * (1 / size) for x, size in pairs]
+
+
+def _is_platform(chain: FiniteChain) -> bool:
+    """Whether the body before a chain is the platform itself."""
+    return not chain.elements and chain.end is None
 
 
 def _entries(values: Sequence[Any]) -> np.ndarray:

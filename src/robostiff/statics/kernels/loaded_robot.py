@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property, partial, reduce
 from operator import add
@@ -14,7 +14,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import OpenAtHomeError
 from robostiff.frozen import field, frozen, replace
 from robostiff.kinematics import PostureFinder, posture_finder
-from robostiff.model import PlacedMass, Robot, Snapshot
+from robostiff.model import PlacedMass, PlacedPlatform, Robot, Snapshot
 from robostiff.model.body_spring import BASE, PLATFORM
 from robostiff.network.assembly import of_legs
 from robostiff.record import Entry, Program, derivatives_along, is_zero, least
@@ -50,7 +50,7 @@ from robostiff.statics.loading.given_loads import (
     given_forces,
     on_platform,
 )
-from robostiff.statics.loading.legs import loaded_legs
+from robostiff.statics.loading.legs import LoadedAssembly, loaded_legs
 from robostiff.statics.loading.loaded_posture import LoadedPosture
 
 #: Least ratio of stiffness under load to that without it at which an answer is given.
@@ -66,6 +66,7 @@ _CHANGE, _STILL = 1e-3, 1e-9
 #: Inputs: the sum of ``h f^T`` over forces f at hooks h, in platform axes and world axes [N m].
 HOOKS = tuple(f"hook_{a}{b}" for a in "xyz" for b in "xyz")
 _WORLD = np.eye(3), np.zeros(3)
+_SHIFTS = (".x", ".y", ".z")  # ends of names of coordinates of bodies
 #: What a step hands to the next, and what the first finds.
 HANDED = BEFORE_FIRST | {_PART: HALF**2}
 
@@ -113,6 +114,18 @@ class LoadedRobot:
     def start(self) -> dict[str, float]:
         """Its unknowns without load."""
         return self.platform.start | self.legs.start
+
+    def samples(self, small: Callable[[float], np.ndarray], length: float) -> dict[str, Any]:
+        """Its unknowns, and what a step hands on, a little away from the unloaded posture."""
+        found: dict[str, Any] = {}
+        for name, value in self.platform.start.items():
+            size = length if name[-2:] in _SHIFTS else 1.0
+            found[name] = value or small(1e-3 * size)
+        found |= {name: small(size) for name, size in self.legs.samples.items()}
+        for body in self.legs.bodies.values():
+            for name, value in body.start.items():
+                found[name] = value + 1e-3 * small(length if name[-2:] in _SHIFTS else 1.0)
+        return found | dict.fromkeys(HANDED, 1.0)
 
     def equations(self, values: Mapping[str, Any], share: int = 1) -> _Equations:
         """At a state; at the share 0 no dead force and no preload acts, and springs are relaxed."""
@@ -328,108 +341,115 @@ def record_loading(
     forces at `sites`.
     """
     gravity = acting_gravity(robot.numeric, standing.gravity, standing.loads)
-    springs = finder.robot.springs
-    weigh = bool(np.any(gravity))
-    here, closure = place_robot(robot, finder, weighs=weigh, all_joints=True)
-    record, unloaded = here.record, here.recorded
-    random, count = np.random.default_rng(7), record.count
+    weighs = bool(np.any(gravity))
+    here, closure = place_robot(robot, finder, weighs=weighs, all_joints=True)
+    record, unloaded, L = here.record, here.recorded, finder.length
+    random = np.random.default_rng(7)
     # Some samples are without load: what vanishes there is no pivot.
-    shares = np.resize(np.array([0.0, 1.0, 0.5]), count)
+    shares = np.resize(np.array([0.0, 1.0, 0.5]), record.count)
 
     def small(size: float) -> np.ndarray:
-        return shares * size * random.uniform(-1, 1, count)
+        return shares * size * random.uniform(-1, 1, record.count)
 
     rows = zip(robot.space.wrench_order, robot.space.rows, strict=True)
-    sizes = {name: force * (1.0 if row < 3 else finder.length) for name, row in rows}
+    sizes = {name: force * (1.0 if row < 3 else L) for name, row in rows}
     wrench = [record.add_input(name, small(size)) for name, size in sizes.items()]
     hooks: Any = 0
     if platforms:
-        levers = [record.add_input(name, small(force * finder.length)) for name in HOOKS]
+        levers = [record.add_input(name, small(force * L)) for name in HOOKS]
         hooks = here.pose.R @ np.reshape(np.array(levers, dtype=object), (3, 3))
-    names_of_forces = (f"force{k}_{a}" for k in range(len(sites)) for a in "xyz")  # world axes [N]
-    given = [record.add_input(name, small(force)) for name in names_of_forces]
+    forces = {
+        (k, site): [record.add_input(f"force{k}_{a}", small(force)) for a in "xyz"]
+        for k, site in enumerate(sites)
+    }
     along = _rates_along(robot, finder, here) if platforms else {}
-    inputs, L, reference = record.inputs, finder.length, here.reference
-    frames = {PLATFORM: lambda: (here.pose.R, here.pose.p), BASE: lambda: _WORLD}
+    inputs, reference = record.inputs, here.reference
+    found = _legs_on_entries(here, finder, loaded_postures[0], standing, gravity, forces)
+    dead = on_platform(found.on_platform, reference)
+    dead = replace(dead, levers=dead.levers + hooks)
+    problems = [posture.problem for posture in loaded_postures]
+    straight: dict[int, RecordedStrut] = {}
+    if not drives and robot.platform is None:  # of a strut the force alone is computed
+        straight = recorded_struts(found.legs, unloaded.legs, problems)
+    struts = {found.legs.chains[c].owner.leg: strut for c, strut in straight.items()}
+    has_loads = finder.robot.springs or standing.loads or standing.preload
+    loaded = LoadedRobot(
+        unloaded,
+        RecordedLegs(found.legs.without([*straight]), L, force),
+        struts,
+        buckling_of(problems, [*struts], force),
+        MovedBody("platform", reference),
+        wrench,
+        dead,
+        stands=bool(has_loads or weighs or platforms or sites),
+        axes=np.array(here.pose.R, dtype=object) if platforms else None,
+        parameters=along,
+        with_drives=drives,
+    )
+    for name, sample in loaded.samples(small, L).items():
+        record.add_input(name, sample)
+    values = {name: record.input(name) for name in record.inputs}
+    at = loaded.equations(values)
+    return RecordedLoading(
+        inputs=inputs,
+        start=loaded.start,
+        step=Program.of(record, loaded.step(values, at, at.factored.solved(at.right))),
+        arrival=Program.of(record, loaded.arrival(values, at)),
+        first=Program.of(record, loaded.first(values), inputs=inputs),
+        first_steps=2 if struts else 1,
+        has_arms=loaded.has_arms,
+        drives=tuple(loaded.legs.drives) if drives else (),
+        status=unloaded.status,
+        rank=unloaded.factors.rank,
+        joints=here.joints,
+        rates=inputs[len(inputs) - sum(len(rates) - 1 for rates in along.values()) :],
+        closure=closure,
+    )
+
+
+def _legs_on_entries(
+    here: RobotOnEntries,
+    finder: PostureFinder,
+    posture: LoadedPosture,
+    standing: StandingLoads,
+    gravity: np.ndarray,
+    at_sites: Mapping[tuple[int, Site], list[Any]],
+) -> LoadedAssembly:
+    """The legs of a placed robot with what stands on it, and with forces (3,) at sites.
+
+    `finder` and `posture` have the robot in numbers.
+    """
+    robot, frames = here.robot, {PLATFORM: lambda: (here.pose.R, here.pose.p), BASE: lambda: _WORLD}
     for formula in here.placed:
         frames |= {f"{formula.leg.name}/{name}": own for name, (own, _) in formula.bodies.items()}
+    platform = None
+    if robot.platform is not None:
+        axes = np.array(here.pose.R, dtype=object)
+        platform = PlacedPlatform(robot.platform, robot.holds, axes, here.pose.p)
+        for node in robot.platform.nodes:
+            place = axes, platform.in_world(node.at)
+            frames[f"{PLATFORM}/{node.name}"] = lambda place=place: place
     forces = given_forces(standing.loads, gravity, robot.space, partial(frame_of, frames))
-    for k, (body, at) in enumerate(sites):
+    for (_, (body, at)), force in at_sites.items():
         R, p = frame_of(frames, body) or _WORLD  # no body is refused later
-        at_site = DeadForce(np.array(given[3 * k : 3 * k + 3], dtype=object), p + R @ at)
+        at_site = DeadForce(np.array(force, dtype=object), p + R @ at)
         forces[body] = (*forces.get(body, ()), at_site)
-    snapshot = cast("Snapshot", loaded_postures[0].posed)
-    assembly = of_legs(
-        [formula.leg for formula in here.placed],
-        None,
-        [
-            PlacedMass(PLATFORM, mass.value, here.pose.p + here.pose.R @ at)
-            for mass in (here.robot.platform_masses if weigh else ())
-            for at in (np.zeros(3) if mass.centre is None else mass.centre,)
-        ],
-        placed_springs(springs, snapshot.springs, frames),
-    )
-    elements = RecordedElements.of(loaded_postures[0].problem.legs, robot.space, L)
-    found = loaded_legs(
-        assembly,
-        elements,
-        np.array(reference, dtype=object),
+    masses = [
+        PlacedMass(PLATFORM, mass.value, here.pose.p + here.pose.R @ at)
+        for mass in (robot.platform_masses if np.any(gravity) else ())
+        for at in (np.zeros(3) if mass.centre is None else mass.centre,)
+    ]
+    springs = placed_springs(finder.robot.springs, cast("Snapshot", posture.posed).springs, frames)
+    return loaded_legs(
+        of_legs([formula.leg for formula in here.placed], platform, masses, springs),
+        RecordedElements.of(posture.problem.legs, robot.space, here.length),
+        np.array(here.reference, dtype=object),
         robot.space.rows,
         forces,
         standing.preload or {},
         gravity,
         {},
         {},
-    )
-    dead = on_platform(found.on_platform, reference)
-    dead = replace(dead, levers=dead.levers + hooks)
-    problems = [posture.problem for posture in loaded_postures]
-    straight: dict[int, RecordedStrut] = {}
-    if not drives:  # of a strut the force alone is computed
-        straight = recorded_struts(found.legs, unloaded.legs, problems)
-    struts = {found.legs.chains[c].owner.leg: strut for c, strut in straight.items()}
-    legs = RecordedLegs(found.legs.without([*straight]), L, force)
-    loaded = LoadedRobot(
-        unloaded,
-        legs,
-        struts,
-        buckling_of(problems, [*struts], force),
-        MovedBody("platform", reference),
-        wrench,
-        dead,
-        stands=bool(springs or standing.loads or standing.preload or weigh or platforms or sites),
-        axes=np.array(here.pose.R, dtype=object) if platforms else None,
-        parameters=along,
-        with_drives=drives,
-    )
-    start = loaded.start
-    lengths = dict.fromkeys(loaded.platform.coordinates[:3], 1e-3 * finder.length)
-    for name, size in (lengths | dict.fromkeys(loaded.platform.coordinates[3:], 1e-3)).items():
-        record.add_input(name, small(size) if start[name] == 0.0 else start[name])
-    for name, size in legs.samples.items():
-        record.add_input(name, small(size))
-    for body in legs.bodies.values():
-        for name, value in body.start.items():
-            size = finder.length if name[-2:] in (".x", ".y", ".z") else 1.0
-            record.add_input(name, value + 1e-3 * small(size))
-    for name in HANDED:
-        record.add_input(name, 1.0)
-    values = {name: record.input(name) for name in record.inputs}
-    at = loaded.equations(values)
-    return RecordedLoading(
-        inputs=inputs,
-        start=start,
-        step=Program.of(record, loaded.step(values, at, at.factored.solved(at.right))),
-        arrival=Program.of(record, loaded.arrival(values, at)),
-        first=Program.of(record, loaded.first(values), inputs=inputs),
-        first_steps=2 if struts else 1,
-        has_arms=loaded.has_arms,
-        drives=tuple(legs.drives) if drives else (),
-        status=unloaded.status,
-        rank=unloaded.factors.rank,
-        joints=here.joints,
-        rates=inputs[len(inputs) - sum(len(rates) - 1 for rates in along.values()) :],
-        closure=closure,
     )
 
 
