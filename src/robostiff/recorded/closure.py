@@ -16,6 +16,7 @@ from robostiff.kinematics.formula import FormulaPose
 from robostiff.model import Passive, Robot
 from robostiff.record import (
     ENTRY_FUNCTIONS,
+    WATCHED,
     Entry,
     Program,
     Record,
@@ -107,8 +108,6 @@ class RecordedSteps:
         return Record(dict.fromkeys(names, ()))
 
 
-# Part of a determinant's size at home below which the careful closure looks at the assembly mode.
-_WATCHED = 0.1
 _MODE = "assembly mode"  # positive in that of home
 
 
@@ -357,7 +356,7 @@ def _mode(determinants: Sequence[Entry]) -> Any:
     parts = []
     for determinant in determinants:
         *elsewhere, home = determinant.sample.tolist()
-        if not (home and all(value / home > _WATCHED for value in elsewhere)):
+        if not (home and all(value / home > WATCHED for value in elsewhere)):
             return None
         parts.append(determinant * (1 / home))
-    return reduce(least, parts) - _WATCHED if parts else 1.0
+    return reduce(least, parts) - WATCHED if parts else 1.0

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics.closure.arm import Arm
-from robostiff.kinematics.closure.assembly_mode import Followed, closed_near, follow
+from robostiff.kinematics.closure.assembly_mode import Followed, closed_near, follow, mode_of
 from robostiff.kinematics.closure.assembly_mode import nearest as nearest_closed
 from robostiff.kinematics.closure.leg_forms import (
     Post,
@@ -121,6 +121,18 @@ class LegSolver:
     def _followed(self, pose: np.ndarray) -> Followed:
         """The first leg at poses (N, 6), followed from home."""
         return follow(self._loops, np.concatenate([self.home_pose, self.home]), pose)
+
+    def ends(self, pose: np.ndarray, R: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Where the leg is found not to reach poses (N, 6).
+
+        By postures x on the straight ways to them: pose coordinates, then those of the leg.
+        """
+        form, home = self.closed_form, np.concatenate([self.home_pose, self.home])
+        if form is None:
+            return mode_of(self._loops, home).ends(x, pose)
+        if isinstance(form, Arm) or self.chain.has_blocks:
+            return np.zeros(len(pose), dtype=bool)
+        return ~self.closes(self._in_form(form, R, pose[:, :3]), R, pose[:, :3])
 
     def solve_near(self, near: np.ndarray, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
         """Coordinates (N, size) of a leg at platform poses, in the posture nearest to given ones.
