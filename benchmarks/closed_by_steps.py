@@ -2,8 +2,10 @@
 
 "In the kernel": Newton steps from home are recorded in front of the stiffness, and the kernel takes
 poses. "Before it": postures are found on batches by the iterative closure, and the kernel takes
-coordinates of the legs. Both must give the K_C of `rs.stiffness`. Times are those of the
-processor, so that other programs disturb them less.
+coordinates of the legs. Both must give the K_C of `rs.stiffness`. Poses out of reach, of a box one
+length of the robot and 2 rad to each side of home, are answered by the direct form, and by recorded
+steps up to where their way ends. Times are those of the processor, so that other programs disturb
+them less.
 
     python benchmarks/closed_by_steps.py [number of poses]
 """
@@ -23,9 +25,10 @@ from typing import Any
 import numpy as np
 
 import robostiff as rs
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import Kernel, kernel_of
 from robostiff.compiled.codes import POSES_A_CHUNK
-from robostiff.kinematics import PostureFinder
+from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.model import Robot
 from robostiff.record import CLOSED
 from robostiff.recorded import record_at_joints, record_robot
@@ -36,6 +39,7 @@ ROBOTS = (
     *(MODELS / "tricept.yaml", MODELS / "exechon.yaml"),
 )
 FEW = 400  # poses of the slow way, and of the comparison
+UNREACHED = 1000
 SPREADS = ((0.02, 0.02), (0.1, 0.2))  # m and rad to each side of home
 TURNS = 7
 CHUNK = POSES_A_CHUNK
@@ -64,6 +68,28 @@ def main() -> None:
             print(f"{before / within:8.0f}{again:16.2%}{apart:9.0e}", flush=True)
             if apart > 1e-9:
                 raise SystemExit(f"{robot.name}: K differs from that of rs.stiffness")
+    print(f"{'out of reach':25}{'direct form us':>16}{'by its way us':>15}{'ratio':>8}{'left':>8}")
+    for name in ROBOTS:
+        out_of_reach(rs.load(name))
+
+
+def out_of_reach(robot: Robot) -> None:
+    """A row of times of poses out of reach, of a robot that has some in the box."""
+    finder, fast = posture_finder(robot), rs.compile(robot)
+    poses = random_poses(robot, finder, 5 * UNREACHED // 2, (finder.length, 2.0))
+    poses = poses[~finder.find(poses).reached][:UNREACHED]
+    if len(poses) < FEW:
+        return
+    direct = seconds(direct_stiffness, robot, poses)
+    quick = min(seconds(fast.evaluate, poses) for _ in range(2))
+    answer = fast.evaluate(poses)
+    if np.mean(answer.status_codes == rs.Status.UNREACHABLE) < 0.99:
+        raise SystemExit(f"{robot.name}: poses out of reach have another status")
+    print(f"{robot.name:10}{len(poses):9} poses{1e6 * direct / len(poses):16.0f}", end="")
+    print(
+        f"{1e6 * quick / len(poses):15.0f}{direct / quick:8.1f}{answer.guarded_share:8.1%}",
+        flush=True,
+    )
 
 
 def kernels(name: str | Path) -> tuple[Robot, PostureFinder, Kernel, Kernel]:
@@ -106,7 +132,7 @@ def in_chunks(kernel: Kernel, poses: np.ndarray) -> None:
         kernel.evaluate(np.ascontiguousarray(poses[start : start + CHUNK].T), out)
 
 
-def seconds(work: Callable[..., None], *arguments: Any) -> float:
+def seconds(work: Callable[..., Any], *arguments: Any) -> float:
     start = time.process_time()
     work(*arguments)
     return time.process_time() - start

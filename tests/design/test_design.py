@@ -172,7 +172,7 @@ def test_an_output_of_the_record_alone_is_no_number_at_guarded_poses():
         def shape(self, space):
             return ()
 
-        def recorded(self, robot):
+        def entries(self, robot):
             return [robot.K[0, 0]]
 
     poses = [[0, 0, 0.8, 0, 1e-6, 0], [0.1, 0, 0.8, 0, 0.1, 0.5]]

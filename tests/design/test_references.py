@@ -36,7 +36,7 @@ class Work:
     def shape(self, space: Any) -> tuple[int, ...]:
         return ()
 
-    def recorded(self, robot: Any) -> list[Any]:
+    def entries(self, robot: Any) -> list[Any]:
         moved = rs.DeflectionUnder(self.wrench).entries(robot)
         return [sum(F * t for F, t in zip(self.wrench, moved, strict=True))]
 

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.compiled import closed, machine_code_is_available
-from robostiff.kinematics import PostureFinder
+from robostiff.kinematics import PostureFinder, posture_finder
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Branch, Coordinate, Joint, ParallelBlock
@@ -43,7 +44,7 @@ def arrivals(closure: RecordedClosure, poses: np.ndarray) -> tuple[np.ndarray, n
     """Coordinates of all legs (N, m), and where the closure arrives (N,)."""
     record = Record({name: [0.5] for name in closure.joints})
     joints = Program.of(record, [record.input(x) for x in closure.joints])
-    program = closure.composed(closure.arrived(joints))
+    program = closure.after_all_steps(closure.at_end(joints))
     with np.errstate(all="ignore"):
         found = program.evaluate(dict(zip(closure.inputs, poses.T, strict=True)))
     *q, gap, mode = (np.broadcast_to(x, len(poses)) for x in found)
@@ -105,6 +106,24 @@ def test_poses_far_from_home_take_more_steps():
     assert not found.guarded.any()
     some = np.flatnonzero(~arrived)[:20]
     assert largest_difference(found.values["K"][some], rs.stiffness(robot, poses[some]).K) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["capaman", "h4", "t3r1", "3-prs", "exechon"])
+def test_a_pose_is_out_of_reach_where_the_way_to_it_ends(name: str):
+    robot = robot_called(name)
+    finder, fast = posture_finder(robot), rs.compile(robot)
+    places = robot.coordinate_places
+    sizes = np.where(np.array(places) < 3, finder.length, 2.0)
+    poses = np.random.default_rng(7).uniform(-1, 1, (60, len(places)))
+    poses[:12, 1:] = 0  # only some legs close where another coordinate is as at home
+    poses = finder.home_pose[places] + sizes * poses
+    answer, direct = fast.evaluate(poses), direct_stiffness(robot, poses)
+    np.testing.assert_array_equal(answer.status_codes, direct.status_codes)
+    np.testing.assert_array_equal(answer.rank, direct.rank)
+    lost = answer.status_codes == int(rs.Status.UNREACHABLE)
+    assert lost.sum() > 10
+    assert np.isnan(answer.values["K"][lost]).all()
+    assert np.mean(answer.guarded[lost]) < 0.5
 
 
 def test_a_parallelogram_does_not_pass_through_its_line():

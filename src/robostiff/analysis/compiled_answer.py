@@ -77,6 +77,13 @@ class CompiledAnswer(StatusOfPoses, PoseBatch):
         """Part of the poses that were recomputed."""
         return float(np.mean(self.guarded)) if self.guarded.size else 0.0
 
+    def put_out_of_reach(self, rows: np.ndarray) -> None:
+        """Say of some poses that they are out of reach, in place."""
+        self.status_codes[rows], self.rank[rows] = int(Status.UNREACHABLE), -1
+        self.guarded[rows] = False
+        for own in self.values.values():
+            own[rows] = np.nan
+
 
 @frozen
 class RecordedRanks:
@@ -175,17 +182,14 @@ def answer_of_results(
             guarded[where] = ~clear
             free = np.uint16(Status.FREE_MOTIONS)
             status[where] = (status[where] & ~free) | (rank[where] < kernel.space.size) * free
-    if lost.any():
-        status[lost], rank[lost] = int(Status.UNREACHABLE), -1
-        guarded &= ~lost
-        for own in values.values():
-            own[lost] = np.nan
+    answer = CompiledAnswer(dict(values), status, rank, guarded)
+    answer.put_out_of_reach(lost)
     if meet is not None and meet.any():  # eigenvalues have no derivatives where two of them meet
         status[meet] |= np.uint16(Status.ILL_CONDITIONED)
         for output in kernel.outputs:
             if isinstance(output, Rates):
                 values[output.name][meet] = np.nan
-    return CompiledAnswer(dict(values), status, rank, guarded)
+    return answer
 
 
 def closes(kernel: Kernel, results: Any) -> Any:

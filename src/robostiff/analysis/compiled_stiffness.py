@@ -14,10 +14,11 @@ from robostiff.analysis.compiled_answer import (
     CompiledAnswer,
     InputRows,
     answer_of_kernel,
-    closes,
     answers_in_chunks,
+    closes,
 )
 from robostiff.analysis.kernel_inputs import (
+    KernelInputs,
     ParameterValues,
     Recordable,
     RecordedParts,
@@ -39,11 +40,13 @@ from robostiff.compiled import (
     TotalMass,
     source_of,
 )
+from robostiff.compiled.closed import ClosedCode
+from robostiff.compiled.codes import chunks_of
 from robostiff.compiled.kernel import code_of
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError, OpenAtHomeError, Words
 from robostiff.frozen import frozen, replace
-from robostiff.kinematics import JointCoordinates
+from robostiff.kinematics import JointCoordinates, posture_finder
 from robostiff.record import Flag
 from robostiff.version import __version__
 
@@ -52,6 +55,7 @@ if TYPE_CHECKING:
     from robostiff.model import Robot
 
 _PARTS = 6
+_WAYS = 1024  # to so many poses at once are looked at
 # Flags of a pose at which a kernel is right, limits beside.
 _RIGHT = (0.0, float(Flag.BEYOND_LIMITS))
 
@@ -196,13 +200,12 @@ class CompiledStiffness(AtGeneralPoses):
                 expected = f"floats {shape}" if name in shapes else ", ".join(shapes)
                 raise InputError(f"array for {name!r}", got=array.shape, expected=expected)
         answer = answer_of_kernel(kernel, inputs, self, threads, out)
+        self._find_lost(kernel, answer, inputs.rows)
         for subject, rows in values.groups(answer.guarded & again):
             try:
                 result = Stiffness.of(question(subject, rows))
             except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
-                answer.status_codes[rows], answer.rank[rows] = int(Status.UNREACHABLE), -1
-                for values_of_output in answer.values.values():
-                    values_of_output[rows] = np.nan
+                answer.put_out_of_reach(rows)
             else:
                 _put_direct(answer, rows, result, self.kernel.outputs, self.rank)
         return answer[0] if is_one else answer
@@ -234,7 +237,19 @@ class CompiledStiffness(AtGeneralPoses):
         Raises InputError when the poses do not fit the robot.
         """
         kernel, inputs, *_ = self._request(pose, None)
-        yield from answers_in_chunks(kernel, inputs, self, out)
+        for where, answer in answers_in_chunks(kernel, inputs, self, out):
+            self._find_lost(kernel, answer, inputs.rows[:, where])
+            yield where, answer
+
+    def _find_lost(self, kernel: Kernel, answer: CompiledAnswer, inputs: np.ndarray) -> None:
+        """Decide guarded poses, inputs (inputs, N), to which the ways of a robot end, in place."""
+        code, rows = kernel.code, np.flatnonzero(answer.guarded & self.verified)
+        of_robot = isinstance(self.taken, KernelInputs) and not self.parameters
+        if of_robot and isinstance(code, ClosedCode) and code.home:
+            for part in chunks_of(slice(0, rows.size), _WAYS):
+                own = np.ascontiguousarray(inputs[:, rows[part]])
+                end = posture_finder(self.subject).ways_end(own.T, *code.ways(own))
+                answer.put_out_of_reach(rows[part][end])
 
     def source(self, language: SourceLanguage, name: str = "stiffness") -> str:
         """The kernel as a function of C99 or CUDA, which needs nothing of this package.

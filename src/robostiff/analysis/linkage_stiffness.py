@@ -142,7 +142,7 @@ class ConfigurationsOfLinkage(Question):
     def _lost_digits(self, every: Sequence[Configuration], found: Details) -> np.ndarray:
         """Where loops near a singular configuration leave K too few digits (N,)."""
         closed = [i for i, one in enumerate(every) if one.is_closed]
-        near = self.driven.rounded([every[i] for i in closed])
+        near = self.driven.after_rounding([every[i] for i in closed])
         moved, lost = [closed[k] for k in near], np.zeros(len(every), dtype=bool)
         if not moved:
             return lost

@@ -24,7 +24,7 @@ from robostiff.elastostatics import (
     solved_leg,
 )
 from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
-from robostiff.elastostatics.leg import loads_of_modes, transmitted_wrenches
+from robostiff.elastostatics.leg import loads_of_modes, wrenches_of_leg
 from robostiff.elastostatics.parallel_block import block_of
 from robostiff.elastostatics.tolerance import (
     check_compliance_in_plane,
@@ -338,9 +338,7 @@ def _between_bodies(
     They have twists (..., n, q) of passive joints, and all are about one point.
     """
     first = branches[0]
-    together = block_of(
-        [transmitted_wrenches(own) for own in branches], first.length, tolerance, ends
-    )
+    together = block_of([wrenches_of_leg(own) for own in branches], first.length, tolerance, ends)
     wrenches = LegWrenches(
         together.W,
         np.zeros((*first.batch_shape, 0)),

@@ -1,4 +1,4 @@
-from robostiff.cli.arguments import machine_of, pose, wrench
+from robostiff.cli.arguments import load_machine, pose, wrench
 from robostiff.cli.options import Answer, Command, Model, Posing, group, option, wrench_option
 from robostiff.cli.output import show
 
@@ -8,7 +8,7 @@ __all__ = [
     "Model",
     "Posing",
     "group",
-    "machine_of",
+    "load_machine",
     "option",
     "pose",
     "show",

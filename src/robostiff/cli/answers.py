@@ -87,7 +87,7 @@ class PrintStiffness(Command, name="stiffness"):
 
         forms = (WrenchBasis(), SaddlePoint(), Block(), Recursive(), IndexRules())
         form = written.choice("--method", self.method, {form.name: form for form in forms})
-        robot = written.machine_of(self.model, self.place)
+        robot = written.load_machine(self.model, self.place)
         return print_answer(
             stiffness(robot, method=form, **written.where(robot, self.place)), self.answer
         )
@@ -109,7 +109,7 @@ class PrintDeflection(Command, name="deflection"):
         """Print the deflection under small loads."""
         from robostiff.cli import arguments as written
 
-        robot, loads = written.machine_of(self.model, self.place), self.loads
+        robot, loads = written.load_machine(self.model, self.place), self.loads
         on_bodies = loads.gravity is not None or loads.weights or loads.forces
         if loads.wrench is None and not on_bodies:
             expected = '--wrench, such as "0 0 -500 N 0 0 0", --gravity=-z, --load or --weight'
@@ -157,7 +157,7 @@ class PrintEquilibrium(Command, name="equilibrium"):
         from robostiff.page.loads import equilibrium_page
         from robostiff.statics import critical_load, equilibrium, load_path
 
-        robot = written.machine_of(self.model, self.place)
+        robot = written.load_machine(self.model, self.place)
         F = written.wrench(self.loads.wrench, robot.space)
         for name, value in (("--critical", self.critical), ("--factors", self.factors)):
             if F is None and value:
@@ -212,7 +212,7 @@ class PrintModes(Command, name="modes"):
         from robostiff.statics import modes
 
         picture = picture_beside(self.plot, self.answer)
-        robot = written.machine_of(self.model, self.place)
+        robot = written.load_machine(self.model, self.place)
         options = written.loading(robot, self.place, self.loads)
         moving = written.by_part("--mass", self.masses, written.kilograms)
         F = written.wrench(self.loads.wrench, robot.space)
@@ -299,7 +299,7 @@ class PrintIndices(Command, name="indices"):
         from robostiff.cli import arguments as written
         from robostiff.page.indices import indices_page
 
-        robot = written.machine_of(self.model, self.place)
+        robot = written.load_machine(self.model, self.place)
         written.check_kind(
             robot,
             {"robot", "snapshot", "network", "linkage"},

@@ -19,7 +19,7 @@ from robostiff.model import Actuated, Coordinate, Mass
 from robostiff.spatial import Space
 
 
-def machine_of(
+def load_machine(
     model: Model,
     place: Posing | None = None,
     *,

@@ -110,7 +110,7 @@ def go_on_in_child(progress: Callable[[float], str]) -> None:
     try:
         code = _exit_status(_waited_for(child, progress))
     except KeyboardInterrupt:
-        code = _exit_status(child)
+        code = _status_of_interrupted(child)
     finally:
         signal.signal(signal.SIGTERM, before)
     raise click.exceptions.Exit(code)
@@ -137,7 +137,7 @@ def _waited_for(child: int, progress: Callable[[float], str]) -> int:
             click.echo(f"\r{'':{width}}\r", err=True, nl=False)
 
 
-def _exit_status(child: int) -> int:
+def _status_of_interrupted(child: int) -> int:
     """The status of an interrupted child; one that does not end by itself is killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for is_told in (False, True):  # a terminal has sent the signal to the child as well

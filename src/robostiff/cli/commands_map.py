@@ -174,7 +174,7 @@ def make_map(command: Any) -> int:
         raise InputError(
             "--plot", got=command.plot, expected="none beside --reduce, which keeps no map"
         )
-    robot = written.machine_of(command.model, by_joints=bool(command.joints))
+    robot = written.load_machine(command.model, by_joints=bool(command.joints))
     if not isinstance(robot, Mapped):
         hint = "a snapshot is frozen at its own pose"
         expected = "a model or a linkage, which has a pose for every point of a map"

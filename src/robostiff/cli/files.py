@@ -276,7 +276,7 @@ class Convert(Command, name="convert"):
                 hint=f"or write {', '.join(others)}",
             )
         ending = "" if path is None else path.suffix.lower()
-        robot = written.machine_of(self.model, None if form in _KERNELS else self.place)
+        robot = written.load_machine(self.model, None if form in _KERNELS else self.place)
         frozen = partial(_frozen, self.model.source, robot, self.place, form)
         if form in _KERNELS:
             from robostiff.analysis.compiled_stiffness import compile_stiffness

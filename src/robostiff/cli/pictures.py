@@ -141,7 +141,7 @@ class Plot(Command, name="plot"):
         from robostiff.cli import arguments as written
         from robostiff.statics import cable_response, deflection, modes
 
-        data, robot = plot.PictureData(), written.machine_of(self.model, self.place)
+        data, robot = plot.PictureData(), written.load_machine(self.model, self.place)
         place = written.where(robot, self.place)
         shown = {"pose": place["pose"], "near": place["near"], "backend": data}
         if what == "robot":
@@ -232,7 +232,7 @@ class Report(Command, name="report"):
             paths.append(report_path(paths[0].with_suffix(".pdf")))
         for path in paths:
             new_file("--output", path, self.answer.overwrite)
-        robot = written.machine_of(model)
+        robot = written.load_machine(model)
         day = date.today().isoformat() if self.date == "today" else self.date
         symbolic, description = None, None
         if source != "-":  # standard input has been read

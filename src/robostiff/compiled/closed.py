@@ -9,7 +9,8 @@ import numpy as np
 
 from robostiff.compiled.codes import ArrayCode, MachineCode, Rows, chunks_of, in_shares
 from robostiff.frozen import frozen, replace
-from robostiff.record import CLOSED, Program, Record
+from robostiff.kinematics.closure.assembly_mode import SHORTEST, straight_ways
+from robostiff.record import CLOSED, WATCHED, Program
 
 if TYPE_CHECKING:
     from robostiff.recorded.closure import RecordedSteps
@@ -26,8 +27,8 @@ _MANY = 500
 # Square of a step after which the next would be rounding; and the part of some poses that may be
 # left behind when all of them take a step more.
 _ENOUGH, _LEFT = 1e-8**2, 0.25
-# A part of the way from home that is too long for one is cut into so many, down to the shortest.
-_CUT, _SHORTEST_PART = 4.0, 1.0 / 64.0
+# The shortest part of a way that leads to results.
+_SHORTEST_PART = 1.0 / 64.0
 
 
 @frozen
@@ -37,8 +38,8 @@ class StepCodes:
     first: Code
     step: Code
     last: Code  # the program behind the steps
-    # Whether the steps of a closure arrive; with it, what is too far from home for all steps at
-    # once is reached in parts of the straight way
+    # Coordinates of the legs, and whether the steps of a closure arrive; with it, what is too far
+    # from home for all steps at once is reached in parts of the straight way
     arrival: Code | None = None
 
     def by(self, code: Callable[[Program], Code]) -> StepCodes:
@@ -73,12 +74,12 @@ class ClosedCode:
 
         arrival, home = None, ()
         if isinstance(closure, RecordedClosure):
-            arrival = ArrayCode(closure.arrived(Program.of(Record({}), [])))
+            arrival = ArrayCode(closure.arrival)
             home = tuple(closure.home.values())
-        program = closure.arrived(program)
-        first, step, last = map(ArrayCode, (closure.begun, closure.step, program))
+        program = closure.at_end(program)
+        first, step, last = map(ArrayCode, (closure.first_step, closure.step, program))
         few = StepCodes(first, step, last, arrival)
-        whole = closure.composed(program) if closure.step.operations <= _LONGEST else None
+        whole = closure.after_all_steps(program) if closure.step.operations <= _LONGEST else None
         is_short = whole is not None and whole.operations <= _LONGEST
         return cls(
             home=home,
@@ -134,44 +135,67 @@ class ClosedCode:
         found = self.whole.at_one(inputs) if isinstance(self.whole, ArrayCode) else None
         return None if found is None or not _arrives(found) else found
 
-    def _reach(self, inputs: np.ndarray, outputs: Rows, far: np.ndarray) -> None:
-        """Fill the results of far poses that parts of the straight way from home lead to.
+    def ways(self, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far the straight ways from home to poses (inputs, N) lead, up to singularities.
 
-        A part is gone where it closes in the assembly mode of home; one that fails is cut into
-        smaller ones, which begin where the last one ended.
+        Parts of them (N,), and coordinates of all legs there (joints, N).
         """
+        assert self.few.arrival is not None  # noqa: S101 - of a closure
+        gone, x = self._gone(self.few, inputs, -WATCHED, SHORTEST)
+        home = np.array(self.home)[:, None]
+        found = np.empty((self.few.arrival.rows, gone.size))
+        self.few.arrival.evaluate(np.concatenate([home + gone * (inputs - home), x]), found)
+        return gone, found[:-2]
+
+    def _reach(self, inputs: np.ndarray, outputs: Rows, far: np.ndarray) -> None:
+        """Fill the results of far poses that parts of the straight way from home lead to."""
         codes = self.few if far.size < _MANY and self.whole is not None else self.many
-        arrival, step = codes.arrival, codes.step
-        if arrival is None:
+        if codes.arrival is None:
             return
-        home, start = (np.array(numbers)[:, None] for numbers in (self.home, self.state))
-        given, unknowns = inputs[:, far], self.unknowns
-        x = np.tile(start, far.size)
-        gone, part = np.zeros(far.size), np.full(far.size, 1.0 / _CUT)
-        going = np.arange(far.size)
-        while going.size:
-            rows = np.empty((len(home) + len(start), going.size))
-            aim = np.minimum(gone[going] + part[going], 1.0)
-            rows[: len(home)] = home + aim * (given[:, going] - home)
-            # The size of the last step and the contraction begin anew.
-            rows[len(home) :] = start
-            rows[len(home) : len(home) + unknowns] = x[:unknowns, going]
-            after = np.empty((len(start), going.size))
-            for _ in range(self.most_steps):
-                step.evaluate(rows, after)
-                rows[len(home) :] = after
-            found = np.empty((arrival.rows, going.size))
-            arrival.evaluate(rows, found)
-            kept = _arrives(found)
-            x[:, going[kept]], gone[going[kept]] = after[:, kept], aim[kept]
-            part[going[~kept]] /= _CUT
-            going = going[(gone[going] < 1.0) & (part[going] >= _SHORTEST_PART)]
+        given = inputs[:, far]
+        gone, x = self._gone(codes, given, 0.0, _SHORTEST_PART)
         there = np.flatnonzero(gone >= 1.0)
         if there.size:
             results = np.empty((self.rows, there.size))
             rows = np.ascontiguousarray(np.concatenate([given, x])[:, there])
             codes.last.evaluate(rows, results)
             _put(outputs, far[there], results)
+
+    def _gone(
+        self, codes: StepCodes, given: np.ndarray, least: float, shortest: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """How far straight ways from home lead (N,), and what the last step hands on there.
+
+        A part is gone where it closes, with more than the `least` that says the assembly mode.
+        """
+        home, start = (np.array(numbers)[:, None] for numbers in (self.home, self.state))
+        x, unknowns, step, arrival = (
+            np.tile(start, given.shape[1]),
+            self.unknowns,
+            codes.step,
+            codes.arrival,
+        )
+
+        assert arrival is not None  # noqa: S101 - of a closure
+
+        def goes(ways: np.ndarray, aim: np.ndarray) -> np.ndarray:
+            rows = np.empty((len(home) + len(start), ways.size))
+            rows[: len(home)] = home + aim * (given[:, ways] - home)
+            # The size of the last step and the contraction begin anew.
+            rows[len(home) :] = start
+            rows[len(home) : len(home) + unknowns] = x[:unknowns, ways]
+            after = np.empty((len(start), ways.size))
+            for _ in range(self.most_steps):
+                step.evaluate(rows, after)
+                rows[len(home) :] = after
+            found = np.empty((arrival.rows, ways.size))
+            arrival.evaluate(rows, found)
+            contracts = after[unknowns + 1] > 0
+            kept = contracts & (found[-2] < CLOSED) & (found[-1] > least)
+            x[:, ways[kept]] = after[:, kept]
+            return kept
+
+        return straight_ways(given.shape[1], goes, shortest), x
 
     def _loop(self, codes: StepCodes, inputs: np.ndarray, outputs: Rows, threads: int) -> None:
         """Take steps from home, as many as most poses of a chunk need, then fill the results."""

@@ -102,7 +102,7 @@ class _UnderWrench(_OfTwists):
         """The twist x with K x = F."""
         self.shape(robot.space)
         _require_full_rank(robot, "deflection")
-        return robot.factors.solved(list(self.wrench))
+        return robot.factors.solution(list(self.wrench))
 
 
 @frozen(init=False)

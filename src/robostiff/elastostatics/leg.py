@@ -214,7 +214,7 @@ def solved_leg(leg: LegWrenches, length: np.ndarray, tolerance: Tolerance) -> Ca
     )
 
 
-def transmitted_wrenches(leg: CartesianStiffness) -> LegWrenches:
+def wrenches_of_leg(leg: CartesianStiffness) -> LegWrenches:
     """The wrenches of a solved leg; those of any root of K, which share no energy, for K alone."""
     conjugate, s, W = leg.carried, scaling(leg.length, leg.space), leg.held
     if conjugate is None:

@@ -348,7 +348,7 @@ def _exact_rates(
     postures = JointCoordinates(q) if by_joints else q
     readings = Measurements(postures, np.zeros((len(q), 3)), wrenches=wrenches)
     states = States.of(robot, readings, np.eye(3))
-    rates = statics.with_states(states).with_kernel_checked(values)[0].at(values).rates[:, :3]
+    rates = statics.with_states(states).verify(values)[0].at(values).rates[:, :3]
     if not np.isfinite(rates).all():
         raise InputError("test poses", got=Words("one near a singular posture"), expected="others")
     return rates.reshape(-1, len(values)) / len(q) ** 0.5 * scale

@@ -306,7 +306,7 @@ def _model_of(
         statics = SmallLoads(states, statics)
     statics = statics.of_readings(measured, states)
     try:
-        statics, codes = statics.with_kernel_checked(p)
+        statics, codes = statics.verify(p)
     except InputError as error:
         if not (isinstance(error.got, str) and error.got in measured.bodies):
             raise

@@ -61,7 +61,7 @@ class ReadingModel:
                 raise InputError("marker", got=name, expected=f"one of {', '.join(self.names)}")
         states = States.of(self.statics.robot, measured, self.frames(x)[0])
         statics = self.statics.of_readings(measured, states)
-        statics, _ = statics.with_kernel_checked(x[: len(self.parameters)])
+        statics, _ = statics.verify(x[: len(self.parameters)])
         return replace(self, measured=measured, statics=statics).with_errors_of_loads(x)
 
     def with_errors_of_loads(self, x: np.ndarray) -> ReadingModel:

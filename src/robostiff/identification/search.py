@@ -94,7 +94,7 @@ def _fit(
     if set(again.fixed) != set(report.fixed):  # the start was in a special place, or the end is
         report = again
         x, converged = _search(model, x, report.fixed, bounds, loss, known)
-    statics, _ = model.statics.with_kernel_checked(x[: len(model.parameters)])
+    statics, _ = model.statics.verify(x[: len(model.parameters)])
     at_end = replace(model, statics=statics)
     if not np.array_equal(
         _where_known(at_end, x), known

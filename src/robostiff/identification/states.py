@@ -138,7 +138,7 @@ class States:
 class FiniteLoads:
     """Equilibria with weights, by the kernel of the robot under load.
 
-    States near singular postures, which the kernel does not answer by itself, are `checked` once.
+    `verify` finds states near singular postures, which the kernel does not answer by itself, once.
     Play of a joint turns it by half of it, in the direction in which it is strained without play.
     """
 
@@ -242,7 +242,7 @@ class FiniteLoads:
             platforms.points, platforms.axes, none, rates, codes, platforms.drives, of_drives
         )
 
-    def with_kernel_checked(self, values: np.ndarray) -> tuple[FiniteLoads, np.ndarray]:
+    def verify(self, values: np.ndarray) -> tuple[FiniteLoads, np.ndarray]:
         """The same with those states lost in which kernel and `equilibrium` do not agree.
 
         And status codes (S,). Without it all states that the kernel guards are lost.
@@ -300,7 +300,7 @@ class SmallLoads:
             return self.with_states(states)
         return self.finite.of_readings(measured, states)
 
-    def checked(self, values: np.ndarray) -> tuple[SmallLoads, np.ndarray]:
+    def verify(self, values: np.ndarray) -> tuple[SmallLoads, np.ndarray]:
         """Itself, and status codes (S,): what its kernel does not answer is computed again."""
         return self, self.at(values).status_codes
 

@@ -414,9 +414,10 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
                 if value < _WEAK * s[0]:
                     size = np.abs(vector)
                     group = [several[i] for i in np.argsort(-size) if size[i] > 0.1]
+                    are = "are" if len(group) > 1 else "is"
                     weak.append(
-                        f"{_names_in_words(group)} {'are' if len(group) > 1 else 'is'} hardly determined: "
-                        f"errors grow {number(s[0] / value, 1)} times in this direction"
+                        f"{_names_in_words(group)} {are} hardly determined: errors grow "
+                        f"{number(s[0] / value, 1)} times in this direction"
                     )
             weak += _correlations(R, several, _CORRELATED, np.inf)
             correlated = _correlations(R, several, _REPORTED, _CORRELATED)

@@ -19,7 +19,7 @@ from pydantic.json_schema import GenerateJsonSchema
 from robostiff.errors import UNSAID, FileError, InputError, Location, Words
 from robostiff.frozen import frozen
 from robostiff.io.document import Document
-from robostiff.io.suggest import did_you_mean, listing, nearest, phrase, as_in_a_file, values
+from robostiff.io.suggest import as_in_a_file, did_you_mean, listing, nearest, phrase, values
 
 Step = str | int
 

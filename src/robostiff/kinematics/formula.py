@@ -17,8 +17,8 @@ from robostiff.kinematics.closure.body import (
     Rest,
     constant_cosine,
     direction_across,
-    tidied,
-    tidied_point,
+    tidy_numbers,
+    tidy_point,
 )
 from robostiff.kinematics.closure.leg_forms import Cluster, Post, Slide
 from robostiff.kinematics.closure.leg_solver import LegSolver, RecordedForm
@@ -125,7 +125,7 @@ def place_leg_at_joints(
     """
     q = np.array(q, dtype=object)
     way = Way.of(leg.chain, q, turned, weighs=weighs)
-    walk = ChainWalk(tidied(leg.base.R), tidied_point(leg.base.p), way)
+    walk = ChainWalk(tidy_numbers(leg.base.R), tidy_point(leg.base.p), way)
     walk.along(leg.chain)
     R = walk.R @ np.array(leg.attachment.R, dtype=object).T
     return PlacedFormula(
@@ -198,12 +198,12 @@ class _Layout(ChainWalk):
         if first is not None:
             near, far = (self.closed.after(one.joints) for one in (self, first))
             loop = next(one for one in self.site.whole.loops if one.name == name)
-            apart = tidied_point(loop.p - first.p)
+            apart = tidy_point(loop.p - first.p)
             now = near.direction(apart)
             walk.shift = apart, now
             if self.shift is not None:
                 walk.shift = self.shift[0] + apart, self.shift[1] + now
-            wanted = tidied_point(loop.p_wanted - first.p)
+            wanted = tidy_point(loop.p_wanted - first.p)
             size = np.linalg.norm([most_size(x) for x in wanted])
             self.misses.append((far.direction(wanted) - now) * (1 / size))
         return walk
@@ -324,7 +324,7 @@ def place_leg(
             hint="close it by its solver and write place_leg_at_joints(leg, q)",
         )
     site = Site.of(leg, pose, solver)
-    closed = site.own_form(form).closed(site.base, site.platform)
+    closed = site.own_form(form).leg_between(site.base, site.platform)
     return _Layout(site, closed, weighs=weighs).whole()
 
 
@@ -350,12 +350,12 @@ class Site:
         whole, path = _at_zero(leg.chain), leg.chain.main_path
         zero = whole if path is leg.chain else _at_zero(path)
         identity = np.eye(3, dtype=int), np.zeros(3, dtype=int)
-        base = LegBody(Rest(*identity), tidied(leg.base.R), tidied_point(leg.base.p))
+        base = LegBody(Rest(*identity), tidy_numbers(leg.base.R), tidy_point(leg.base.p))
         # the platform frame at zero coordinates, in the leg's base frame
         R_platform = zero.R @ leg.attachment.R.T
         p_platform = zero.p - R_platform @ leg.attachment.p
-        rest = Rest(tidied(R_platform), tidied_point(p_platform))
-        platform = LegBody(rest, tidied(pose.R), tidied_point(pose.p))
+        rest = Rest(tidy_numbers(R_platform), tidy_point(p_platform))
+        platform = LegBody(rest, tidy_numbers(pose.R), tidy_point(pose.p))
         copies = solver.copies.tolist()
         return cls(leg, solver.leg, copies, whole, zero, base, platform, pose, solver.length)
 
@@ -376,7 +376,7 @@ class Site:
             along = parts["slide"].axis
         else:
             rod = B.point - A.point
-            along = tidied(rod / square_root(rod @ rod))
+            along = tidy_numbers(rod / square_root(rod @ rod))
             if form.across is not None:
                 parts["across"] = self._slide(form.across)
             d = form.drive
@@ -385,7 +385,7 @@ class Site:
         for spring in self.zero.elements:  # a direction across a beam along the rod
             if side is None and isinstance(spring, PlacedSpring):
                 x, y, _ = spring.rotation.T
-                side = tidied(y) if is_one(constant_cosine(x, along)) else None
+                side = tidy_numbers(y) if is_one(constant_cosine(x, along)) else None
         return replace(
             form,
             A=A,
@@ -403,12 +403,12 @@ class Site:
 
     def _own(self, cluster: Cluster) -> Cluster:
         """A cluster recognised on the leg in floats, with the entries of the leg to be recorded."""
-        axes = tuple(tidied(self.zero.freedoms[place].axis) for place in cluster.places)
-        point = tidied_point(self.zero.freedoms[cluster.drawn_at].point)
+        axes = tuple(tidy_numbers(self.zero.freedoms[place].axis) for place in cluster.places)
+        point = tidy_point(self.zero.freedoms[cluster.drawn_at].point)
         return replace(cluster, point=point, axes=axes)
 
     def _slide(self, slide: Slide) -> Slide:
-        return replace(slide, axis=tidied(self.zero.freedoms[slide.place].axis))
+        return replace(slide, axis=tidy_numbers(self.zero.freedoms[slide.place].axis))
 
 
 @kept

@@ -53,7 +53,7 @@ class Loop:
     p_wanted: np.ndarray
 
     @property
-    def missed(self) -> tuple[np.ndarray, np.ndarray]:
+    def gap(self) -> tuple[np.ndarray, np.ndarray]:
         """By how much it is open: shift (...) [m] and turn (...) [rad].
 
         The turn is that of a chord: exact enough for small gaps, and never above pi.
@@ -184,7 +184,7 @@ class ChainWalk:
         if chain.transmission is not None:
             given = self.way.given[..., place : place + chain.size][..., list(chain.own_places)]
             alone = self.placed[start:]
-            self.placed[start:] = coupled(alone, chain.transmission, given, self.prefix)
+            self.placed[start:] = with_couplings(alone, chain.transmission, given, self.prefix)
 
     def over(self, element: Element) -> None:
         """Walk over one element."""
@@ -336,7 +336,7 @@ class ChainWalk:
         self.placed.append(part)
 
 
-def coupled(
+def with_couplings(
     placed: Sequence[PlacedElement],
     own: Transmission,
     given: np.ndarray | None = None,

@@ -14,13 +14,14 @@ from robostiff.kept import kept
 from robostiff.kinematics.closure import (
     LegSolver,
     Loops,
-    attachment_frame,
     follow,
     leg_solvers,
     legs_alike,
     loops_of_legs,
+    reach,
 )
-from robostiff.kinematics.closure.leg_forms import RootSigns, on_turn_of_home, rounding_of
+from robostiff.kinematics.closure.assembly_mode import LAST_PART, mode_of
+from robostiff.kinematics.closure.leg_forms import RootSigns, on_turn_of_home
 from robostiff.kinematics.closure.loops import platform_mobility
 from robostiff.kinematics.frames import PlacedChain, place_chain
 from robostiff.kinematics.machine_pose import (
@@ -59,7 +60,6 @@ FoundPoses: TypeAlias = tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarr
 
 # Where the legs may move the platform themselves, they do not stop at what counts as reached.
 _MET = 1e-12
-_ROUNDING = 1e-13  # of a distance from the origin
 # Poses around home at which the coordinates that follow from the legs are compared with home.
 _TRIED, _AROUND, _SEED = 8, 1e-2, 3
 
@@ -211,9 +211,8 @@ class PostureFinder:
             few = np.flatnonzero(~found.closed | (near is not None))
             if few.size:
                 part = replace(request.part(few), open=())
-                each, away, _ = self._alone(part, near, from_afar=False)
-                alone = self.placed(part.batch, part.coordinates, part.R, each, away)
-                own = (alone.reached & alone.meets(_MET)) | ~(found.closed | found.elsewhere)[few]
+                each, away, own = self._as_at_home(part, near)
+                own |= ~(found.closed | found.elsewhere)[few]
                 pose[few[own]], elsewhere[few[own]] = part.coordinates[own], away[own]
                 for known, new in zip(q, each, strict=True):
                     known[few[own]] = new[own]
@@ -225,6 +224,41 @@ class PostureFinder:
             q = [poses_side_by_side(own, 1) for own in q]
         each = zip(legs, q, near or self.homes, strict=True)
         return pose, R, [on_turn_of_home(leg.chain, own, by) for leg, own, by in each], elsewhere
+
+    def _as_at_home(
+        self, request: PoseRequest, near: NearLegs
+    ) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
+        """As `_alone`, at home's other coordinates; last where all legs meet the platform there."""
+        each, away, _ = self._alone(request, near, from_afar=False)
+        alone = self.placed(request.batch, request.coordinates, request.R, each, away)
+        return each, away, alone.reached & alone.meets(_MET)
+
+    def ways_end(self, pose: np.ndarray, gone: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Which poses (N, free) are out of reach, as the straight ways from home to them end (N,).
+
+        By parts (N,) of the ways that are gone, and coordinates of all legs there (joints, N). Not
+        all ends are found; in the last part of a way, where assembly modes may meet, none is.
+        """
+        rows = np.flatnonzero(gone < 1.0 - LAST_PART)
+        found, request, legs = np.zeros(len(pose), bool), self.request(pose), self.robot.legs
+        pose, R, home = request.coordinates, request.R, self.home_pose
+        each = np.split(q.T, np.cumsum([leg.chain.size for leg in legs])[:-1], axis=-1)
+        there = home + gone[:, None] * (pose - home)
+        if not request.open or self.open_stay_at_home:
+            pairs = zip(self.solvers, each, strict=True)  # closed forms answer at once
+            for solver, own in sorted(pairs, key=lambda pair: pair[0].closed_form is None):
+                x = np.concatenate([there, own], axis=-1)
+                found[rows] = solver.ends(pose[rows], R[rows], x[rows])
+                rows = rows[~found[rows]]
+            return found
+        placed = place_chain(legs[0].chain, each[0], legs[0].base.R, legs[0].base.p)
+        loops, open_ = self._loops(request.open), list(request.open)
+        there[:, open_] = six_coordinates(*platform_at_end(legs[0], placed))[:, open_]
+        mode = mode_of(loops, np.concatenate([home, *self.homes]))
+        x = np.concatenate([there, *each], axis=-1)
+        rows = rows[mode.ends(x[rows], pose[rows][:, loops.given])]
+        found[rows] = ~self._as_at_home(replace(request.part(rows), open=()), None)[-1]
+        return found
 
     def leg_coordinates(self, request: PoseRequest) -> list[np.ndarray]:
         """Coordinates (N, size) of each leg, unplaced, where a request leaves none open."""
@@ -385,20 +419,6 @@ def find_posture(robot: Robot, pose: Pose = None, *, near: Near = None) -> Postu
     array([ True, False])
     """
     return posture_finder(robot).find(pose, near)
-
-
-def reach(robot: Robot, home_pose: np.ndarray) -> float:
-    """Size of a robot [m]: the largest distance between a leg's two ends, or its chain's extent."""
-    R = turn_by_vector(home_pose[3:])
-    ends = [attachment_frame(leg, R, home_pose[:3])[1] - leg.base.p for leg in robot.legs]
-    chains = {id(leg.chain): leg.chain for leg in robot.legs}  # several legs may have one
-    placed = [place_chain(one, one.home, np.eye(3), np.zeros(3)) for one in chains.values()]
-    sizes = [np.linalg.norm(x) for x in (*ends, *(e.point for c in placed for e in c.parts))]
-    size = float(max(sizes))
-    # What is all in one point has no extent but rounding.
-    far = max(np.linalg.norm(p) for p in (home_pose[:3], *(leg.base.p for leg in robot.legs)))
-    rounding = max(_ROUNDING * float(far), *map(rounding_of, chains.values()))
-    return size if size > rounding else 1.0
 
 
 @frozen

@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
-from robostiff.kinematics.closure.body import tidied, tidied_point
+from robostiff.kinematics.closure.body import tidy_numbers, tidy_point
 from robostiff.kinematics.machine_pose import coordinates_of_drives
 from robostiff.linkage.essential import essential, network_of
 from robostiff.linkage.linkage import (
@@ -149,7 +149,7 @@ class DrivenLinkage:
             return [_nearest(self.part, frozenset(self.drives), q) for q in driven]
         found, open_ = [self.home] * len(rows), np.arange(len(rows) if self.drives else 0)
         for loops in self._loops if open_.size else ():
-            reached = loops.followed({name: x[open_] for name, x in values.items()})
+            reached = loops.path_to({name: x[open_] for name, x in values.items()})
             for i, one in zip(open_, reached, strict=True):
                 found[i] = one
             open_ = open_[[not one.is_closed for one in reached]]
@@ -168,7 +168,7 @@ class DrivenLinkage:
         moving = _movable(self.part, frozenset(self.drives))
         return [LoopsOfLinkage.of(self.part, self._start.coordinates, joints) for joints in moving]
 
-    def rounded(self, found: Sequence[Configuration]) -> dict[int, Configuration]:
+    def after_rounding(self, found: Sequence[Configuration]) -> dict[int, Configuration]:
         """Closed configurations moved by rounding along the motion that their loops hold least.
 
         Loops near a singular configuration do not decide all coordinates to their last digits.
@@ -186,7 +186,7 @@ class DrivenLinkage:
         if not rows:
             return {}
         steps = [V_T[k, last[k]] * _ROUNDING / values[k, last[k]] for k in rows]
-        moved = closing.configurations(closing.loops.moved(x[rows], np.array(steps)))
+        moved = closing.configurations(closing.loops.after_step(x[rows], np.array(steps)))
         return dict(zip(rows, moved, strict=True))
 
     def turned_far(self, rows: np.ndarray) -> np.ndarray:
@@ -241,7 +241,7 @@ def driven_by(linkage: Linkage, joints: tuple[str, ...] | None) -> DrivenLinkage
     """
 
     def tidy(frame: Frame) -> Frame:  # axes that are 0 or 1 up to rounding
-        return Frame(tidied(frame.R).astype(float), tidied_point(frame.p).astype(float))
+        return Frame(tidy_numbers(frame.R).astype(float), tidy_point(frame.p).astype(float))
 
     part = essential(linkage)
     connections = [replace(c, before=tidy(c.before), after=tidy(c.after)) for c in part.connections]

@@ -418,15 +418,15 @@ class LoopsOfLinkage:
         """The configuration that Newton's method finds from the start."""
         return self.configurations(nearest(self.loops, self.loops.start[None]))[0]
 
-    def followed(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
+    def path_to(self, values: Mapping[str, np.ndarray]) -> list[Configuration]:
         """Configurations at values (N, size) of joints, on paths from where all loops close."""
         loops = self.loops
         given = moved_bodies(self.linkage).row({**self.start, **values})[..., loops.given]
         if any(c.is_screw for c in self.moving):
             return [self._turn_by_turn(row) for row in given]
-        return self._arrived(follow(loops, loops.start, given))
+        return self._where_closed(follow(loops, loops.start, given))
 
-    def _arrived(self, found: Followed, lost: bool = False) -> list[Configuration]:
+    def _where_closed(self, found: Followed, lost: bool = False) -> list[Configuration]:
         pairs = zip(self.configurations(found.x), found.elsewhere, strict=True)
         return [
             replace(one, elsewhere=lost or bool(elsewhere), closes_at_home=True)
@@ -449,7 +449,7 @@ class LoopsOfLinkage:
             if lost := not found.closed[0]:
                 break
             mode = AssemblyMode(loops, found.x[0])
-        (arrived,) = self._arrived(mode.at(given[None]), lost)
+        (arrived,) = self._where_closed(mode.at(given[None]), lost)
         return arrived
 
     def configurations(self, x: np.ndarray) -> list[Configuration]:
@@ -458,7 +458,7 @@ class LoopsOfLinkage:
         placed = bodies.tree.placed(x)
         frames = {name: placed.at(fixed) for name, fixed in bodies.frames.items()}
         ends = Loop("", placed.R, placed.p, placed.R_wanted, placed.p_wanted)
-        shift, turn = ends.missed
+        shift, turn = ends.gap
         found = []
         for i, row in enumerate(x):
             moved = {name: sign * row[places] for name, (places, sign) in bodies.places.items()}

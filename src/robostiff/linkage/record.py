@@ -42,8 +42,8 @@ def record_linkage_closure(
     part, length = driven.part, driven.home.length
     following = driven.following(samples)
     closed = [*samples, driven.home]  # the last one is home: a pivot that vanishes there is none
-    given = sampled(driven.driving, closed) | with_nominal(part)
-    state = sampled(following, closed)
+    given = coordinates_in(driven.driving, closed) | with_nominal(part)
+    state = coordinates_in(following, closed)
     record = Record({**given, **state})
     bodies = moved_bodies(part)
     q = coordinates(driven, record, (*driven.driving, *following))
@@ -84,7 +84,7 @@ def coordinates(
     return q
 
 
-def sampled(
+def coordinates_in(
     connections: Sequence[Connection], closed: Sequence[Configuration]
 ) -> dict[str, np.ndarray]:
     """Coordinates of connections in some configurations (samples,), by their own names."""
@@ -123,7 +123,7 @@ def record_linkage(
     if closure is None:
         return None, undetermined
     movers = [*driven.driving, *driven.following(samples)]
-    record = Record(sampled(movers, samples) | parameter_samples(driven.part))
+    record = Record(coordinates_in(movers, samples) | parameter_samples(driven.part))
     part = with_inputs(driven.part, record)
     moved = {c.name for c in movers}
     moving = [c for c in part.connections if c.name in moved]

@@ -16,7 +16,7 @@ from robostiff.elastostatics import (
     Tolerance,
 )
 from robostiff.elastostatics.conjugate_wrenches import conjugate_wrenches
-from robostiff.elastostatics.leg import loads_of_modes, transmitted_wrenches
+from robostiff.elastostatics.leg import loads_of_modes, wrenches_of_leg
 from robostiff.elastostatics.tolerance import smallest_held_stiffness
 from robostiff.errors import InputError, NoAnswerError
 from robostiff.frozen import frozen, replace
@@ -115,7 +115,7 @@ def condense(network: Network, tolerance: Tolerance = DEFAULT_TOLERANCE) -> Deta
     if rigid.shape[1]:
         carried = _among_rigid(network, W, equations)
     elif smallest > tolerance.rigidity:
-        carried = transmitted_wrenches(replace(whole, held=W)).conjugate
+        carried = wrenches_of_leg(replace(whole, held=W)).conjugate
     else:
         carried = ConjugateWrenches.none(n)
     return Details.of(

@@ -26,7 +26,7 @@ from robostiff.markup import (
     row,
 )
 from robostiff.network import NetworkResponse
-from robostiff.page.of_result import UNDER_LOAD, attributes, order, attributes_of
+from robostiff.page.of_result import UNDER_LOAD, attributes, attributes_of, order
 from robostiff.page.stiffness import energy_table, load_table, named_values
 from robostiff.statics import CriticalLoad, Equilibrium, Modes
 

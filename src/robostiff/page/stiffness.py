@@ -23,7 +23,7 @@ from robostiff.markup import (
     number,
     row,
 )
-from robostiff.page.of_result import UNDER_LOAD, attributes, order, page_data, attributes_of
+from robostiff.page.of_result import UNDER_LOAD, attributes, attributes_of, order, page_data
 from robostiff.spatial import Space
 
 if TYPE_CHECKING:

@@ -26,6 +26,7 @@ from robostiff.record.functions import square_root as square_root
 from robostiff.record.functions import usual_size as usual_size
 from robostiff.record.functions import with_turn as with_turn
 from robostiff.record.program import CLOSED as CLOSED
+from robostiff.record.program import WATCHED as WATCHED
 from robostiff.record.program import Flag as Flag
 from robostiff.record.program import Program as Program
 from robostiff.record.record import NUMPY_FUNCTIONS as NUMPY_FUNCTIONS

@@ -18,6 +18,6 @@ from robostiff.recorded.parameters import entry_reader as entry_reader
 from robostiff.recorded.parameters import parameter_samples as parameter_samples
 from robostiff.recorded.parameters import sample_postures as sample_postures
 from robostiff.recorded.robot import RecordedRobot as RecordedRobot
-from robostiff.recorded.robot import assembled as assembled
 from robostiff.recorded.robot import record_at_joints as record_at_joints
 from robostiff.recorded.robot import record_robot as record_robot
+from robostiff.recorded.robot import robot_stiffness as robot_stiffness

@@ -16,6 +16,7 @@ from robostiff.kinematics.formula import FormulaPose
 from robostiff.model import Passive, Robot
 from robostiff.record import (
     ENTRY_FUNCTIONS,
+    WATCHED,
     Entry,
     Program,
     Record,
@@ -81,20 +82,20 @@ class RecordedSteps:
         """What the first step begins with, by name."""
         return self.start | BEFORE_FIRST
 
-    def arrived(self, program: Program) -> Program:
+    def at_end(self, program: Program) -> Program:
         """A program at the end of the steps, as one of inputs and state, which it is here."""
         return program
 
-    def composed(self, arrived: Program) -> Program:
+    def after_all_steps(self, arrived: Program) -> Program:
         """The same with the steps before it, from the inputs alone."""
         record = self.empty_record(self.inputs)
         values: dict[str, Any] = {name: record.input(name) for name in self.inputs}
-        for step in [self.begun, *[self.step] * (self.steps - self.first_steps)]:
+        for step in [self.first_step, *[self.step] * (self.steps - self.first_steps)]:
             values |= zip(self.state, step.evaluate(values, ENTRY_FUNCTIONS), strict=True)
         return Program.of(record, arrived.evaluate(values, ENTRY_FUNCTIONS))
 
     @cached_property
-    def begun(self) -> Program:
+    def first_step(self) -> Program:
         """The first steps, from the inputs alone: much in them is known."""
         if self.first is not None:
             return self.first
@@ -107,8 +108,6 @@ class RecordedSteps:
         return Record(dict.fromkeys(names, ()))
 
 
-# Part of a determinant's size at home below which the careful closure looks at the assembly mode.
-_WATCHED = 0.1
 _MODE = "assembly mode"  # positive in that of home
 
 
@@ -186,7 +185,7 @@ class RecordedClosure(RecordedSteps):
         }
         return rates | ({by: 1} if by in known else {})
 
-    def arrived(self, program: Program) -> Program:
+    def at_end(self, program: Program) -> Program:
         """Those of a program of leg coordinates, then the last two of the arrival."""
         record = self.empty_record((*self.inputs, *self.state))
         values = {name: record.input(name) for name in record.inputs}
@@ -357,7 +356,7 @@ def _mode(determinants: Sequence[Entry]) -> Any:
     parts = []
     for determinant in determinants:
         *elsewhere, home = determinant.sample.tolist()
-        if not (home and all(value / home > _WATCHED for value in elsewhere)):
+        if not (home and all(value / home > WATCHED for value in elsewhere)):
             return None
         parts.append(determinant * (1 / home))
-    return reduce(least, parts) - _WATCHED if parts else 1.0
+    return reduce(least, parts) - WATCHED if parts else 1.0

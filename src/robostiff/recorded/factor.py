@@ -57,7 +57,7 @@ class Factors:
         """Rank at a general pose."""
         return len(self.pivots)
 
-    def solved(self, F: Sequence[Any]) -> list[Any]:
+    def solution(self, F: Sequence[Any]) -> list[Any]:
         """Solution x of K x = F, for K of full rank."""
         rest = list(F)
         y: list[Any] = []
@@ -142,7 +142,7 @@ def inverse_entries(factors: Factors) -> dict[tuple[int, int], Any]:
     """Upper triangle of K^-1, for K of full rank."""
     inverse: dict[tuple[int, int], Any] = {}
     for j in range(factors.size):
-        column = factors.solved([int(i == j) for i in range(factors.size)])
+        column = factors.solution([int(i == j) for i in range(factors.size)])
         for i in range(j + 1):
             inverse[i, j] = column[i]
     return inverse

@@ -9,7 +9,7 @@ import numpy as np
 
 from robostiff.frozen import frozen
 from robostiff.kinematics import PostureFinder
-from robostiff.kinematics.closure.body import tidied
+from robostiff.kinematics.closure.body import tidy_numbers
 from robostiff.kinematics.closure.loops import tree_of_leg
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.model import ALL_COORDINATES, Joint, JointKind, Leg, Passive, Robot
@@ -110,7 +110,7 @@ class GuessedLeg:
         near = self.q[-1].astype(float)
         q_now = np.array(q, dtype=object)
         moving = {n: (None, x) if one in given else (one, x) for n, (one, x) in self.same.items()}
-        R_end = tidied(leg.base.R).T @ pose.R @ tidied(leg.attachment.R)
+        R_end = tidy_numbers(leg.base.R).T @ pose.R @ tidy_numbers(leg.attachment.R)
         turned = axes_behind_balls(leg, q_now, self.closing[::3], np.eye(3, dtype=int), R_end)
         turned = {ball: _numbers(R, given) for ball, R in turned.items()}
         return LegAtGuess(leg, self.names, q_now, self.closing, near, moving, turned)
@@ -176,7 +176,7 @@ def pose_on_entries(
     for k, name in enumerate(NAMES):
         if name in names:
             six[k] = record.input(name)
-    return tidied(np.array(six, dtype=object))
+    return tidy_numbers(np.array(six, dtype=object))
 
 
 def following_balls(leg: Leg) -> list[int]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.frozen import frozen
-from robostiff.kinematics.closure.body import tidied, tidied_point
+from robostiff.kinematics.closure.body import tidy_numbers, tidy_point
 from robostiff.kinematics.closure.loops import tree_of_leg
 from robostiff.kinematics.closure.motion_tree import MotionTree, PlacedTree
 from robostiff.kinematics.formula import FormulaPose
@@ -369,10 +369,10 @@ def _openings(
 ) -> tuple[list[Opening], dict[int, np.ndarray]]:
     """What is open in a leg, seen from its base, and turns (3, 3) of the balls that follow."""
     leg, tree = guess.leg, tree_of_leg(guess.leg, np.eye(3))
-    R_base, p_base = tidied(leg.base.R), tidied_point(leg.base.p)
-    arm = R_base.T @ (pose.R @ tidied_point(leg.attachment.p))
+    R_base, p_base = tidy_numbers(leg.base.R), tidy_point(leg.base.p)
+    arm = R_base.T @ (pose.R @ tidy_point(leg.attachment.p))
     placed = tree.placed(guess.q, guess.turned)
-    placed.R_wanted[0] = R_base.T @ pose.R @ tidied(leg.attachment.R)
+    placed.R_wanted[0] = R_base.T @ pose.R @ tidy_numbers(leg.attachment.R)
     placed.p_wanted[0] = R_base.T @ (pose.p - p_base) + arm
     found = [*openings(tree, placed, guess.moving, length, guess.turned)]
     for opening in found:

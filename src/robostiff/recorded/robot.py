@@ -11,7 +11,7 @@ import numpy as np
 from robostiff.elastostatics import Status
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics import PostureFinder
-from robostiff.kinematics.closure.body import tidied
+from robostiff.kinematics.closure.body import tidy_numbers
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, place_leg_at_joints
 from robostiff.model import ALL_COORDINATES, ParallelBlock, Robot, Telescope
 from robostiff.record import Entry, Operation, Record, as_part
@@ -167,9 +167,9 @@ class RobotOnEntries:
                 pose = FormulaPose.of_coordinates(six)
                 below = []  # but for the bodies that the platform holds by ball joints
                 for leg, twin, x in zip(legs, finder.robot.legs, columns, strict=True):
-                    frames = tidied(leg.base.R), pose.R @ tidied(leg.attachment.R)
+                    frames = tidy_numbers(leg.base.R), pose.R @ tidy_numbers(leg.attachment.R)
                     turned = axes_behind_balls(leg, x, following_balls(twin), *frames)
-                    turned = {ball: tidied(R) for ball, R in turned.items()}
+                    turned = {ball: tidy_numbers(R) for ball, R in turned.items()}
                     below.append(place_leg_at_joints(leg, x, turned))
                 placed = tuple(below)
         joints = () if by_pose else tuple(given)
@@ -181,9 +181,9 @@ class RobotOnEntries:
         return self.pose.p + self.pose.R @ np.array(self.robot.reference_point, dtype=object)
 
     @cached_property
-    def recorded(self) -> RecordedRobot:
+    def stiffness(self) -> RecordedRobot:
         """Its stiffness, as one of these coordinates."""
-        found = assembled(self.robot, self.record, self.pose, self.placed, self.length)
+        found = robot_stiffness(self.robot, self.record, self.pose, self.placed, self.length)
         return replace(found, joints=self.joints)
 
 
@@ -196,7 +196,7 @@ def _joint_samples(robot: Robot, finder: PostureFinder) -> dict[str, np.ndarray]
     return found
 
 
-def assembled(
+def robot_stiffness(
     robot: Robot, record: Record, pose: FormulaPose, placed: Sequence[PlacedFormula], length: float
 ) -> RecordedRobot:
     """The stiffness of placed legs; those on a flexible platform are recorded as one."""
@@ -289,7 +289,9 @@ def place_robot(
     if not by_joints and all(s.recorded_form is not None for s in finder.solvers):
         here = RobotOnEntries.of(robot, finder, by_pose=True, most=most, weighs=weighs)
         # Where a leg misses the platform at generic poses, the other coordinates must follow.
-        if all(np.all(part.sample >= 0) for part in here.recorded.reach if isinstance(part, Entry)):
+        if all(
+            np.all(part.sample >= 0) for part in here.stiffness.reach if isinstance(part, Entry)
+        ):
             return here, None
     closure = None
     if not by_joints:
@@ -306,9 +308,9 @@ def record_robot(robot: Robot, finder: PostureFinder, most: int | None = None) -
     `most` operations is given up, a `NoAnswerError`.
     """
     here, closure = place_robot(robot, finder, most)
-    return replace(here.recorded, closure=closure)
+    return replace(here.stiffness, closure=closure)
 
 
 def record_at_joints(robot: Robot, finder: PostureFinder, most: int | None = None) -> RecordedRobot:
     """Record a robot at coordinates of all its legs, a serial arm at those of its joints."""
-    return RobotOnEntries.of(robot, finder, by_pose=False, most=most).recorded
+    return RobotOnEntries.of(robot, finder, by_pose=False, most=most).stiffness

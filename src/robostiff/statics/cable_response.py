@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis import CableResponse, SlackEvent, cable_stiffness
-from robostiff.analysis.cable_stiffness import beyond_limits, with_status, status_of_cables
+from robostiff.analysis.cable_stiffness import beyond_limits, status_of_cables, with_status
 from robostiff.analysis.result import given_wrenches, require_one_pose
 from robostiff.cables import TensionRule, place_cables
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance

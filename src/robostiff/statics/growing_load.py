@@ -23,9 +23,9 @@ from robostiff.statics.equations.equilibrium_path import OnPath, first_critical,
 from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.stability import (
     CriticalPoint,
+    end_of_path,
     least_margin,
     meets_stiffness,
-    end_of_path,
 )
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_loaded_posture

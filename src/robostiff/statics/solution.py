@@ -20,10 +20,10 @@ from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.stability import (
     CriticalPoint,
     Regular,
+    end_of_path,
     may_be_singular,
     meets_stiffness,
     named_margins,
-    end_of_path,
 )
 from robostiff.statics.loaded_parts import CarriedLoads
 from robostiff.statics.loading.loaded_posture import LoadedPosture

@@ -42,7 +42,7 @@ def plant(request, monkeypatch) -> Callable[[Callable[[RecordedRobot], RecordedR
     """Makes every record wrong in some way; returns a robot, closed in closed form or by steps."""
 
     def planted(wrong: Callable[[RecordedRobot], RecordedRobot]) -> str:
-        right = recorded_robot.assembled
+        right = recorded_robot.robot_stiffness
         monkeypatch.setattr(recorded_robot, "assembled", lambda *given: wrong(right(*given)))
         return request.param
 
@@ -65,7 +65,7 @@ def test_a_wrong_status_is_a_disagreement(plant):
 
 
 def test_parameters_are_named(monkeypatch):
-    right = recorded_robot.assembled
+    right = recorded_robot.robot_stiffness
     monkeypatch.setattr(recorded_robot, "assembled", lambda *a: wrong_entry(right(*a)))
     with pytest.raises(DisagreementError, match=r"\], R = 0\.\d+;"):
         rs.compile(rs.load("gough-stewart-b", symbols=("R",)), parameters=("R",), backend=ARRAYS)
@@ -82,7 +82,7 @@ def test_a_map_by_a_kernel_is_not_made_by_another_way(plant):
 
 def test_the_command_says_so(monkeypatch, tmp_path):
     """Of so many poses that a map chooses the kernel by itself."""
-    right = recorded_robot.assembled
+    right = recorded_robot.robot_stiffness
     monkeypatch.setattr(recorded_robot, "assembled", lambda *a: wrong_entry(right(*a)))
     where = str(tmp_path / "map.nc")
     axes = ("--x", "-10 mm, 10 mm, 250", "--y", "-10 mm, 10 mm, 200")

@@ -39,14 +39,14 @@ class View(Command, name="view"):
 
     def run(self) -> int:
         """Serve a view until it is interrupted; 0 then."""
-        from robostiff.cli import machine_of, pose, show, wrench
+        from robostiff.cli import load_machine, pose, show, wrench
         from robostiff_view import LivePage, machine_of, parameter_sliders, parameters_written
 
         model = self.model
         source, given = model.source, model.parameters
 
         def built(moved: Mapping[str, str]) -> Any:
-            return machine_of(model, moved=moved)
+            return load_machine(model, moved=moved)
 
         robot = built({})
         machine = machine_of(robot, pose(robot, self.place))

@@ -23,7 +23,7 @@ from robostiff.analytic.reading.rewriting import shortest_trigonometry
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE
 from robostiff.errors import OpenAtHomeError
 from robostiff.kinematics import FormulaPose, place_leg, posture_finder
-from robostiff.kinematics.closure.body import tidied
+from robostiff.kinematics.closure.body import tidy_numbers
 from robostiff.kinematics.formula import place_leg_at_joints
 from robostiff.kinematics.formula_modes import other_modes
 from robostiff.model import CoupledFreedom, PlacedFreedom, PlacedLeg, with_entries
@@ -276,7 +276,7 @@ def _conditions_of_stretch(
         if sides is None:
             continue
         a, b = sides
-        squares = tidied(np.array([a @ a, b @ b, (a - b) @ (a - b)], dtype=object))
+        squares = tidy_numbers(np.array([a @ a, b @ b, (a - b) @ (a - b)], dtype=object))
         aa, bb, ab = at_samples(squares, read.record.count).T
         area = aa * bb - ((aa + bb - ab) / 2) ** 2
         if np.ptp((aa + bb - ab) ** 2 / (aa * bb)) <= _SAME:
@@ -319,7 +319,9 @@ def _sides_of(some: Sequence[PlacedFreedom]) -> tuple[Any, Any] | None:
     Of turns about one point they are axes: two that coincide, or three in a plane. Of three joints
     in a plane they are motions of the axis of one turn by the two others.
     """
-    if all(x.turns and all(is_zero(y) for y in tidied(x.point - some[0].point)) for x in some):
+    if all(
+        x.turns and all(is_zero(y) for y in tidy_numbers(x.point - some[0].point)) for x in some
+    ):
         a, b = some[0].axis, some[-1].axis
         return (cross(some[1].axis, a), cross(some[1].axis, b)) if len(some) == 3 else (a, b)
     turning = [x for x in some if x.turns]
@@ -328,7 +330,7 @@ def _sides_of(some: Sequence[PlacedFreedom]) -> tuple[Any, Any] | None:
     middle = turning[len(turning) // 2]
     others = [x for x in some if x is not middle]
     across = [cross(middle.axis, x.axis) if x.turns else [middle.axis @ x.axis] for x in others]
-    if not all(is_zero(x) for x in tidied(np.concatenate(across))):
+    if not all(is_zero(x) for x in tidy_numbers(np.concatenate(across))):
         return None
     arms = (x.point - middle.point if x.turns else cross(middle.axis, x.axis) for x in others)
     a, b = (cross(middle.axis, x) for x in arms)

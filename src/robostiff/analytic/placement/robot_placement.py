@@ -31,7 +31,7 @@ from robostiff.kinematics.pose import six_coordinates
 from robostiff.model import Leg, Robot, with_entries
 from robostiff.model.entries import as_meant
 from robostiff.record import Entry, Record
-from robostiff.recorded import RecordedLeg, RecordedRobot, assembled, entry_reader
+from robostiff.recorded import RecordedLeg, RecordedRobot, entry_reader, robot_stiffness
 from robostiff.spatial import exact_number
 
 _SAMPLES = 5
@@ -109,7 +109,7 @@ class PlacedRobot:
     @cached_property
     def recorded(self) -> RecordedRobot:
         """Its elimination on the same record, when it is first looked at."""
-        return assembled(self.entries, self.record, self.platform, self.legs, self.length)
+        return robot_stiffness(self.entries, self.record, self.platform, self.legs, self.length)
 
     @property
     def eliminated(self) -> tuple[RecordedLeg, ...]:

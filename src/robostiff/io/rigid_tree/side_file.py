@@ -37,7 +37,7 @@ from robostiff.io.model_file.place import (
     top_place,
 )
 from robostiff.io.rigid_tree.tree import JointType, RigidTree, TreeJoint
-from robostiff.io.suggest import listing, as_in_a_file, values
+from robostiff.io.suggest import as_in_a_file, listing, values
 from robostiff.io.units import Dimension
 from robostiff.io.validation import validate
 from robostiff.model import Actuated, Coupling, Joint, Locked, Passive, Role, StiffnessLaw, coupling

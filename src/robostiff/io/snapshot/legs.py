@@ -40,7 +40,7 @@ from robostiff.io.snapshot.elements import (
 from robostiff.io.suggest import distinct, free_names
 from robostiff.io.validation import validate
 from robostiff.kinematics import spring_compliance
-from robostiff.kinematics.frames import coupled
+from robostiff.kinematics.frames import with_couplings
 from robostiff.model import (
     CoupledFreedom,
     Coupling,
@@ -291,7 +291,7 @@ def _placed_leg(
                 with place.at("couplings", i).complaints():
                     transmission(joints, len(joints), couplings[: i + 1])
             raise
-        elements = coupled(elements, moved, prefix=prefix)
+        elements = with_couplings(elements, moved, prefix=prefix)
     return PlacedLeg(name, tuple(elements), end, tuple(masses))
 
 

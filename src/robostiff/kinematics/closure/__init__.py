@@ -13,6 +13,7 @@ from robostiff.kinematics.closure.leg_forms import Post as Post
 from robostiff.kinematics.closure.leg_solver import LegSolver as LegSolver
 from robostiff.kinematics.closure.legs_alike import leg_solvers as leg_solvers
 from robostiff.kinematics.closure.legs_alike import legs_alike as legs_alike
+from robostiff.kinematics.closure.legs_alike import reach as reach
 from robostiff.kinematics.closure.loops import ClosurePart as ClosurePart
 from robostiff.kinematics.closure.loops import Loops as Loops
 from robostiff.kinematics.closure.loops import attachment_frame as attachment_frame

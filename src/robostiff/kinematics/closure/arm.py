@@ -10,7 +10,7 @@ from robostiff.kinematics.closure.body import (
     LegBody,
     Rest,
     aim,
-    body_turned,
+    body_after_turn,
     constant_cosine,
     dot,
     quotient,
@@ -49,7 +49,7 @@ class Arm(LegForm):
     # axes or a spherical joint
     rod: Rod
 
-    def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
+    def leg_between(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform, at poses."""
         (e1, e2), wrist = self._axes, self.rod.B.point
         W, hub = platform.point(wrist), base.point(self.first.point)
@@ -63,9 +63,9 @@ class Arm(LegForm):
         )
         rest, _ = rest_of_directions(self.first.point, e1, e2)
         rest = Rest(rest.R.astype(float), rest.p)
-        shoulder = body_turned(base, rest, hub, e1, e2, aimed.way(self.mode.root))
+        shoulder = body_after_turn(base, rest, hub, e1, e2, aimed.way(self.mode.root))
         mode = RootSigns(self.mode.first, 1, self.mode.second)
-        found = self.rod.in_mode(mode).closed(shoulder, platform)
+        found = self.rod.in_mode(mode).leg_between(shoulder, platform)
         return replace(found, bodies={**found.bodies, 0: base, self.leading + 1: shoulder})
 
     def meeting(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ An assembly mode are the postures reached on paths without singularity.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
 
@@ -31,9 +32,9 @@ _CONTRACTION = 0.5
 _SMALL_STEP = 1e-9
 # A part of the way from home that is too long for one is cut into so many, down to the shortest:
 # postures near a singularity may turn fast.
-_CUT, _SHORTEST = 4.0, 1.0 / 4096.0
-# Where a way ends in its last such part, modes may meet at its end.
-_LAST_PART = 1.0 / 64.0
+_CUT, SHORTEST = 4.0, 1.0 / 4096.0
+#: Where a way ends in its last such part, modes may meet at its end.
+LAST_PART = 1.0 / 64.0
 # Smallest singular value, as a part of home's, below which assembly modes meet. At a limit of reach
 # a gap leads as far beyond the singularity as its square root; rounding is a gap as well.
 _MEETING, _BEYOND_MEETING, _ROUNDING = 1e-2, 3.0, 1e-13
@@ -69,7 +70,7 @@ def nearest(loops: Loops, x: np.ndarray) -> np.ndarray:
             trace = np.trace(A, axis1=-2, axis2=-1) / A.shape[-1]
             trace = np.where(trace > 0, trace, 1.0)  # else any damping keeps a gap at rest
             damping = np.maximum(np.minimum(size, 1.0) ** 2, 1e-15) * trace
-            A = A + damping[:, None, None] * np.eye(A.shape[-1])
+            np.einsum("...ii->...i", A)[...] += damping[:, None]
             step = np.linalg.solve(A, e[..., None] if wide else J_T @ e[..., None])
             step = (J_T @ step if wide else step)[..., 0]
         J_step = np.einsum("...ij,...j->...i", J, step)
@@ -79,7 +80,7 @@ def nearest(loops: Loops, x: np.ndarray) -> np.ndarray:
             break
         going, x, step = going[on], x[on], step[on]
         longest = np.max(np.abs(step), axis=-1, keepdims=True)
-        x = loops.moved(x, step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300)))
+        x = loops.after_step(x, step * np.minimum(1.0, _LARGEST_STEP / np.maximum(longest, 1e-300)))
     return best
 
 
@@ -140,11 +141,7 @@ def follow(
         x = np.tile(near, (len(given), 1))
         x[:, loops.given] = given
         return closed_near(loops, x)
-    key = home.tobytes()
-    if key not in loops.modes:
-        loops.modes.clear()
-        loops.modes[key] = AssemblyMode(loops, home)
-    mode: AssemblyMode = loops.modes[key]
+    mode = mode_of(loops, home)
     away = np.any(given != home[loops.given], axis=-1)
     if away.all() or not mode.is_closed:
         return mode.at(given)
@@ -153,6 +150,37 @@ def follow(
         found = mode.at(given[away])
         x[away], closed[away], elsewhere[away] = found.x, found.closed, found.elsewhere
     return Followed(x, closed, elsewhere, loops.ends)
+
+
+def mode_of(loops: Loops, home: np.ndarray) -> AssemblyMode:
+    """The assembly mode of a closed posture (size,), prepared once."""
+    key = home.tobytes()
+    if key not in loops.modes:
+        loops.modes.clear()
+        loops.modes[key] = AssemblyMode(loops, home)
+    return loops.modes[key]
+
+
+def straight_ways(
+    count: int, goes: Callable[[np.ndarray, np.ndarray], np.ndarray], shortest: float
+) -> np.ndarray:
+    """How far straight ways lead (count,), 1 at their end, gone part by part.
+
+    A part that fails is cut into smaller ones, which begin where the last one ended. By numbers of
+    ways (m,), and the part of each that is to be gone, `goes` says where that succeeds.
+    """
+    gone, part = np.zeros(count), np.full(count, 1.0 / _CUT)
+    going = np.arange(count)
+    while going.size:
+        kept = goes(going, gone[going] + part[going])
+        part[going[~kept]] /= _CUT
+        won = going[kept]
+        gone[won] += part[won]
+        longer = _CUT * part[won]
+        whole = (longer < 1.0) & (np.mod(gone[won], longer) == 0.0)
+        part[won[whole]] = longer[whole]
+        going = going[(gone[going] < 1.0) & (part[going] >= shortest)]
+    return gone
 
 
 def closed_near(loops: Loops, x: np.ndarray) -> Followed:
@@ -202,7 +230,7 @@ class AssemblyMode:
                 x[rows] = nearest(self.loops, guess)
                 gap = _size(self.loops.gaps(x[rows]))
                 closed = (gap <= _NEARLY_CLOSED) & self._is_long(x[rows])
-                arrived = gone[left] >= 1.0 - _LAST_PART
+                arrived = gone[left] >= 1.0 - LAST_PART
                 kept[rows] = closed & arrived & self._meets(x[rows], gap, own)
                 elsewhere[rows] = closed & ~kept[rows]
         if self._at_home is None:  # modes meet there
@@ -233,7 +261,7 @@ class AssemblyMode:
             rows = np.flatnonzero(~kept)
             if not rows.size:
                 return
-            guess = self.loops.moved(np.tile(self.home, (rows.size, 1)), aside[None])
+            guess = self.loops.after_step(np.tile(self.home, (rows.size, 1)), aside[None])
             guess[:, self.loops.given] = given[rows]
             found = nearest(self.loops, guess)
             closed = _size(self.loops.gaps(found)) <= _NEARLY_CLOSED
@@ -251,7 +279,7 @@ class AssemblyMode:
         places, before, known = self.loops.given, [x], np.ones(len(x), dtype=bool)
         for back in (1, 2):
             guess = before[-1].copy()
-            guess[:, places] = given + back * _LAST_PART * (self.home[places] - given)
+            guess[:, places] = given + back * LAST_PART * (self.home[places] - given)
             closed, found, *_ = self._newton(guess, at_home)
             before.append(closed)
             known &= found
@@ -286,40 +314,43 @@ class AssemblyMode:
         at_home = self.loops.lengths(self.home[None])[0] > 0
         return np.all(self.loops.lengths(x)[:, at_home] > 0, axis=-1)
 
-    def _along(self, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[_Directions] | None]:
-        """Last postures on the straight way from home, the part that is gone, and directions there.
+    def ends(self, x: np.ndarray, given: np.ndarray) -> np.ndarray:
+        """Where the straight way to prescribed coordinates (N, g) ends at postures on it (N,).
 
-        A part that fails is cut into smaller ones, which begin where the last one ended.
+        They are closed, and not the shortest part of the way leads on in their assembly mode.
         """
-        places, parts = self.loops.given, self.loops.parts
-        start = self.home[places]
-        x = np.tile(self.home, (len(given), 1))
-        gone, step = np.zeros(len(x)), np.full(len(x), 1.0 / _CUT)
-        each = np.zeros(len(x), dtype=int)
+        if self._at_home is None:
+            return np.zeros(len(x), dtype=bool)
+        e, J = self.loops.gaps_and_rates(x)
+        pairs = zip(self.loops.parts, self._at_home, strict=True)
+        own, ahead = [_directions(part, J, every.ranks) for part, every in pairs], x.copy()
+        places = self.loops.given
+        ahead[:, places] += SHORTEST * (given - self.home[places])
+        return (_size(e) <= CLOSED) & ~self._stepped(ahead, own)[1]
+
+    def _along(self, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[_Directions] | None]:
+        """Last postures on the straight way from home, the part that is gone, and directions."""
+        places, x = self.loops.given, np.tile(self.home, (len(given), 1))
+        start, each = self.home[places], np.zeros(len(x), dtype=int)
         directions = self._at_home and [
             _Directions(one.U[each], one.V[each], one.sign[each], one.ranks)
             for one in self._at_home
         ]
-        going = np.arange(len(x))
-        while going.size:
-            there = x[going]
-            aim = (gone[going] + step[going])[:, None]
-            there[:, places] = start + aim * (given[going] - start)
-            own = directions and [one.of_rows(going) for one in directions]
+
+        def goes(rows: np.ndarray, aim: np.ndarray) -> np.ndarray:
+            there = x[rows]
+            there[:, places] = start + aim[:, None] * (given[rows] - start)
+            own = directions and [one.of_rows(rows) for one in directions]
             there, kept, J = self._stepped(there, own)
-            step[going[~kept]] /= _CUT
-            won = going[kept]
+            won = rows[kept]
             x[won] = there[kept]
-            gone[won] += step[won]
-            longer = _CUT * step[won]
-            whole = (longer < 1.0) & (np.mod(gone[won], longer) == 0.0)
-            step[won[whole]] = longer[whole]
-            if directions and own and won.size:
-                for part, every in zip(parts, directions, strict=True):
+            if directions and won.size:
+                for part, every in zip(self.loops.parts, directions, strict=True):
                     new = _directions(part, J, every.ranks)
                     every.U[won], every.V[won], every.sign[won] = new.U, new.V, new.sign
-            going = going[(gone[going] < 1.0) & (step[going] >= _SHORTEST)]
-        return x, gone, directions
+            return kept
+
+        return x, straight_ways(len(x), goes, SHORTEST), directions
 
     def _stepped(
         self, x: np.ndarray, directions: list[_Directions] | None
@@ -353,11 +384,11 @@ class AssemblyMode:
             e, J = self.loops.gaps_and_rates(x[going])
             if taken == 0:
                 rates = np.empty((len(x), *J.shape[1:]))
-            rates[going] = J
             size = _size(e)
             still = last[going] <= _SMALL_STEP
             # Where nothing moves any more, dimensions with few digits may leave a little open.
-            closed[going] = size <= np.where(still, _NEARLY_CLOSED, CLOSED)
+            here = size <= np.where(still, _NEARLY_CLOSED, CLOSED)
+            closed[going], rates[going[here]] = here, J[here]
             on = (size > CONVERGED) & ~still
             is_last = taken >= _NEWTON_STEPS
             if is_last:
@@ -383,7 +414,7 @@ class AssemblyMode:
             going, step, length = going[contracts], step[contracts], length[contracts]
             if going.size == 0:
                 break
-            x[going], last[going] = self.loops.moved(x[going], step), length
+            x[going], last[going] = self.loops.after_step(x[going], step), length
         return x, closed, rates
 
     @cached_property
@@ -391,7 +422,7 @@ class AssemblyMode:
         """Directions at home; None where home is singular, so that modes meet there."""
         J, home = self._rates_at_home, self.home[None]
         aside = np.random.default_rng(_SEED).uniform(-_ASIDE, _ASIDE, J.shape[::2])
-        J_aside = self.loops.rates(self.loops.moved(home, aside))
+        J_aside = self.loops.rates(self.loops.after_step(home, aside))
         here, there = ([_directions(part, x) for part in self.loops.parts] for x in (J, J_aside))
         falls = any(own.V.shape[-1] < one.V.shape[-1] for own, one in zip(here, there, strict=True))
         return None if falls else here

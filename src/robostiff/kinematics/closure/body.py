@@ -80,7 +80,7 @@ ROUNDING = 4e-15
 _ALONG = 1e-15
 
 
-def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
+def tidy_numbers(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
     """The same entries as objects; those that are 0 or +-1 up to rounding as integers.
 
     Numbers count as zero against a scale.
@@ -101,9 +101,9 @@ def tidied(values: np.ndarray, scale: float = 1.0) -> np.ndarray:
     return out.reshape(values.shape)
 
 
-def tidied_point(p: np.ndarray) -> np.ndarray:
+def tidy_point(p: np.ndarray) -> np.ndarray:
     """The same point; components of the size of rounding beside the largest become 0."""
-    return tidied(p, max(most_size(x) for x in p))
+    return tidy_numbers(p, max(most_size(x) for x in p))
 
 
 @frozen
@@ -116,11 +116,11 @@ class Rest:
 
     def direction(self, e: np.ndarray) -> np.ndarray:
         """A direction, or several as columns, seen from the frame; for records."""
-        return tidied(self.R.T @ e)
+        return tidy_numbers(self.R.T @ e)
 
     def point(self, x: np.ndarray) -> np.ndarray:
         """A point seen from the frame; for records."""
-        return tidied(self.R.T @ (x - self.p), max(most_size(c) for c in (*x, *self.p)))
+        return tidy_numbers(self.R.T @ (x - self.p), max(most_size(c) for c in (*x, *self.p)))
 
 
 @frozen
@@ -176,7 +176,7 @@ def body_of_directions(
     return LegBody(rest, _axes(u, v, c), p)
 
 
-def body_turned(
+def body_after_turn(
     before: LegBody,
     rest: Rest,
     p: np.ndarray,
@@ -206,14 +206,14 @@ def body_turned(
 
 def constant_cosine(u: np.ndarray, v: np.ndarray) -> Any:
     """Cosine of the angle of two unit vectors that keep it, 0 where they are perpendicular."""
-    return tidied(np.array([u @ v], dtype=object))[0]
+    return tidy_numbers(np.array([u @ v], dtype=object))[0]
 
 
 def direction_across(axis: np.ndarray) -> np.ndarray:
     """Some unit vector across an axis."""
     start = np.eye(3, dtype=int)[int(np.argmin([most_size(x) for x in axis]))]
     v = start - axis * (start @ axis)
-    return tidied(v / square_root(v @ v))
+    return tidy_numbers(v / square_root(v @ v))
 
 
 def _axes(u: np.ndarray, v: np.ndarray, c: Any) -> np.ndarray:
@@ -293,7 +293,7 @@ def coordinate_axis_along(d: np.ndarray) -> np.ndarray:
     """The coordinate axis (3,), forward or backward, from which a direction is never far."""
     worst = [
         (float(np.min(np.asarray(sign * x.sample if isinstance(x, Entry) else sign * x))), i, sign)
-        for i, x in enumerate(tidied(d))
+        for i, x in enumerate(tidy_numbers(d))
         for sign in (1, -1)
     ]
     _, i, sign = max(worst)

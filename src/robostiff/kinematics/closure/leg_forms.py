@@ -20,13 +20,13 @@ from robostiff.kinematics.closure.body import (
     ClosedLeg,
     LegBody,
     Rest,
+    body_after_turn,
     body_of_directions,
-    body_turned,
     constant_cosine,
     direction_across,
     dot,
     rest_of_directions,
-    tidied,
+    tidy_numbers,
 )
 from robostiff.kinematics.frames import beam_lengths, place_chain
 from robostiff.kinematics.turn import turn_by_vector
@@ -259,10 +259,10 @@ def nearest(
     keys = (np.sum(apart, axis=-1), apart[..., leading], np.sum(apart[..., given], axis=-1))
     rounded = [np.round(key, _DIGITS) for key in keys]
     # The last key is the first to decide; equal ones keep their order.
-    return np.lexsort((*rounded, outside, shortened(chain, q), ~closed), axis=0)[0]
+    return np.lexsort((*rounded, outside, where_too_short(chain, q), ~closed), axis=0)[0]
 
 
-def shortened(chain: Chain, q: np.ndarray) -> np.ndarray:
+def where_too_short(chain: Chain, q: np.ndarray) -> np.ndarray:
     """Where a beam of a telescope would have no positive length (...)."""
     short = np.zeros(q.shape[:-1], dtype=bool)
     for length in beam_lengths(chain, q):
@@ -334,7 +334,7 @@ class LegForm(ABC):
     name: str | None = field(default=None, kw_only=True)
 
     @abstractmethod
-    def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
+    def leg_between(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform."""
 
     def in_mode(self, mode: RootSigns) -> Self:
@@ -346,7 +346,7 @@ class LegForm(ABC):
 
         Where it is out of reach, those that bring it near.
         """
-        closed = self.closed(self._at_rest[0], self.platform_at(R, p))
+        closed = self.leg_between(self._at_rest[0], self.platform_at(R, p))
         q = np.empty((self.skeleton.home.size, len(p)))
         q[...] = self.skeleton.home[:, None]
         for place, stretch in closed.slides.items():
@@ -416,7 +416,7 @@ class Post(LegForm):
     joint: Cluster
     length: float = 1.0  # against which the distance of the two places counts [m]
 
-    def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
+    def leg_between(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform."""
         joint, at = self.joint, base.point(self.joint.point)
         near = [base.direction(axis) for axis in joint.axes]
@@ -432,9 +432,9 @@ class Post(LegForm):
             a, b = joint.axes
             if base.is_at_poses:
                 rest, _ = rest_of_directions(joint.point, a, b)
-                between = body_turned(base, rest, at, a, b, far)
+                between = body_after_turn(base, rest, at, a, b, far)
             else:
                 between = body_of_directions((joint.point, a, b), (at, near[0], far))
             bodies[joint.places[1]] = between
-        closing = [] if base.is_at_poses else [v @ v for v in map(tidied, missed)]
+        closing = [] if base.is_at_poses else [v @ v for v in map(tidy_numbers, missed)]
         return ClosedLeg(bodies, ball_axes, closing, [])

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics.closure.arm import Arm
-from robostiff.kinematics.closure.assembly_mode import Followed, closed_near, follow
+from robostiff.kinematics.closure.assembly_mode import Followed, closed_near, follow, mode_of
 from robostiff.kinematics.closure.assembly_mode import nearest as nearest_closed
 from robostiff.kinematics.closure.leg_forms import (
     Post,
@@ -19,7 +19,7 @@ from robostiff.kinematics.closure.leg_forms import (
     beyond_limits,
     nearest,
     on_turn_of_home,
-    shortened,
+    where_too_short,
 )
 from robostiff.kinematics.closure.loops import Loops, attachment_frame, loops_of_legs
 from robostiff.kinematics.closure.rods import Rod, Strut
@@ -121,6 +121,18 @@ class LegSolver:
     def _followed(self, pose: np.ndarray) -> Followed:
         """The first leg at poses (N, 6), followed from home."""
         return follow(self._loops, np.concatenate([self.home_pose, self.home]), pose)
+
+    def ends(self, pose: np.ndarray, R: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Where the leg is found not to reach poses (N, 6).
+
+        By postures x on the straight ways to them: pose coordinates, then those of the leg.
+        """
+        form, home = self.closed_form, np.concatenate([self.home_pose, self.home])
+        if form is None:
+            return mode_of(self._loops, home).ends(x, pose)
+        if isinstance(form, Arm) or self.chain.has_blocks:
+            return np.zeros(len(pose), dtype=bool)
+        return ~self.closes(self._in_form(form, R, pose[:, :3]), R, pose[:, :3])
 
     def solve_near(self, near: np.ndarray, pose: np.ndarray, R: np.ndarray) -> np.ndarray:
         """Coordinates (N, size) of a leg at platform poses, in the posture nearest to given ones.
@@ -226,7 +238,7 @@ class LegSolver:
         R, modes = turn_by_vector(pose[None, 3:]), all_modes(self.closed_form.signs)
         q, closed = (x[:, 0, 0] for x in self.in_modes(modes, pose[None], R))
         q = on_turn_of_home(self.chain, q, self.chain.home)
-        closed &= ~shortened(self.chain, q)
+        closed &= ~where_too_short(self.chain, q)
         return tuple(mode for mode, good in zip(modes, closed, strict=True) if good), q[closed]
 
     @property
@@ -259,7 +271,7 @@ class LegSolver:
             q = nearest_closed(self._loops, np.concatenate([poses, q], axis=-1))[:, 6:]
             closed = self.closes(q, turn_by_vector(poses[:, 3:]), poses[:, :3])
             q = on_turn_of_home(chain, q, chain.home)
-            return q[closed & ~shortened(chain, q) & ~beyond_limits(chain, q)]
+            return q[closed & ~where_too_short(chain, q) & ~beyond_limits(chain, q)]
         modes, q = self.that_close(pose)
         root = self.closed_form.mode.root
         kept = [not isinstance(self.closed_form, Strut) or mode.root == root for mode in modes]
@@ -379,7 +391,7 @@ class LegSolver:
         count, number = len(p), len(self.legs)
         rows = q[0] if number == 1 else poses_side_by_side(np.concatenate(q), 1)
         placed, found = self._placed(rows, R, p, placed)
-        missed = zip(*(gap.missed for gap in found), strict=True)
+        missed = zip(*(gap.gap for gap in found), strict=True)
         shift, turn = (x[0] if len(x) == 1 else np.max(x, axis=0) for x in missed)
         legs = self.one_by_one(PlacedLeg(self.leg.name, placed.elements, placed.p), count)
         return legs, shift.reshape(number, count), turn.reshape(number, count)
@@ -444,5 +456,5 @@ def _rows(values: np.ndarray, own_axes: int) -> np.ndarray:
 
 def _size(gap: Loop, length: float) -> np.ndarray:
     """Of a gap (...): part of the length, or radians."""
-    shift, turn = gap.missed
+    shift, turn = gap.gap
     return np.maximum(shift / length, turn)

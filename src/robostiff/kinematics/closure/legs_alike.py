@@ -17,15 +17,19 @@ from robostiff.kinematics.closure.leg_forms import (
     copied_places,
     nearest,
     on_turn_of_home,
+    rounding_of,
     skeleton_of,
 )
 from robostiff.kinematics.closure.leg_solver import CLOSED, ClosedForm, LegSolver
+from robostiff.kinematics.closure.loops import attachment_frame
 from robostiff.kinematics.closure.rods import Rod, rod_of, strut_of
+from robostiff.kinematics.frames import place_chain
 from robostiff.kinematics.jacobians import in_groups
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Chain, Elbow, Leg
+from robostiff.model import Chain, Elbow, Leg, Robot
 
 _PARALLEL = 1e-9  # sine: rounding
+_ROUNDING = 1e-13  # of a distance from the origin
 
 
 def legs_alike(solvers: Sequence[LegSolver]) -> list[tuple[tuple[int, ...], LegSolver]]:
@@ -103,7 +107,7 @@ def _checked(solver: LegSolver) -> LegSolver:
     """The solver of a leg that closes at home; an `OpenAtHomeError` says where it does not."""
     gap, size = solver.gap_at_home()
     if size > CLOSED:
-        (shift, turn), where = (float(x[0]) for x in gap.missed), gap.name
+        (shift, turn), where = (float(x[0]) for x in gap.gap), gap.name
         place = f"at the end of branch {where!r}" if where else "at the platform"
         raise OpenAtHomeError(
             f"home configuration of leg {solver.leg.name!r}",
@@ -146,3 +150,17 @@ def _is_parallel(joint: Cluster, slide: Slide) -> bool:
     if joint.is_ball or len(joint.axes) != 1:
         return False
     return bool(np.linalg.norm(np.cross(joint.axes[0], slide.axis)) <= _PARALLEL)
+
+
+def reach(robot: Robot, home_pose: np.ndarray) -> float:
+    """Size of a robot [m]: the largest distance between a leg's two ends, or its chain's extent."""
+    R = turn_by_vector(home_pose[3:])
+    ends = [attachment_frame(leg, R, home_pose[:3])[1] - leg.base.p for leg in robot.legs]
+    chains = {id(leg.chain): leg.chain for leg in robot.legs}  # several legs may have one
+    placed = [place_chain(one, one.home, np.eye(3), np.zeros(3)) for one in chains.values()]
+    sizes = [np.linalg.norm(x) for x in (*ends, *(e.point for c in placed for e in c.parts))]
+    size = float(max(sizes))
+    # What is all in one point has no extent but rounding.
+    far = max(np.linalg.norm(p) for p in (home_pose[:3], *(leg.base.p for leg in robot.legs)))
+    rounding = max(_ROUNDING * float(far), *map(rounding_of, chains.values()))
+    return size if size > rounding else 1.0

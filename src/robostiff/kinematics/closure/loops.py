@@ -14,13 +14,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.frozen import field, frozen
-from robostiff.kinematics.closure.motion_tree import (
-    AT_REST,
-    LoopEnd,
-    MotionTree,
-    PlacedTree,
-    advanced,
-)
+from robostiff.kinematics.closure.motion_tree import AT_REST, LoopEnd, MotionTree, after_motion
 from robostiff.kinematics.turn import rotvec_rate
 from robostiff.model import (
     ALL_COORDINATES,
@@ -35,7 +29,7 @@ from robostiff.model import (
     spherical,
 )
 from robostiff.spatial import Frame
-from robostiff.spatial.batch import product, transpose
+from robostiff.spatial.batch import product
 from robostiff.spatial.rotation import vector_of_rotation
 
 _COAXIAL = 1e-9  # sine, and part of the length
@@ -133,9 +127,7 @@ class Loops:
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """All gaps as parts of the length and radians (N, 6 m)."""
-        if len(x) == 1:  # sums over a lone pose round in another order: it comes with its twin
-            return self.gaps(np.repeat(x, 2, axis=0))[:1]
-        return self._gaps_of(self.tree.placed(x))
+        return self.gaps_and_rates(x)[0]
 
     def rates(self, x: np.ndarray) -> np.ndarray:
         """Rates at which the unknowns close the gaps (N, 6 m, n)."""
@@ -155,7 +147,7 @@ class Loops:
 
     def gaps_and_rates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Both, of frames that are placed once."""
-        if len(x) == 1:
+        if len(x) == 1:  # sums over a lone pose round in another order: it comes with its twin
             e, J = self.gaps_and_rates(np.repeat(x, 2, axis=0))
             return e[:1], J[:1]
         placed = self.tree.placed(x)
@@ -164,26 +156,23 @@ class Loops:
             J = J + J @ self._turned_back(placed.axes)[:, None]
         if self.summed is not None and np.any(J[..., self.summed]):
             J[..., self.summed] = J[..., self.summed] @ rotvec_rate(x[:, self.summed])[:, None]
-        J = np.take(J, self.unknowns, axis=-1)
-        J[:, :, :3] /= self.length
-        J = J.reshape(len(x), 6 * J.shape[1], J.shape[-1]) * self._unit_steps
-        return self._gaps_of(placed), J
-
-    def _gaps_of(self, placed: PlacedTree) -> np.ndarray:
-        turn = vector_of_rotation(placed.R_wanted @ transpose(placed.R))
+        units = np.where(np.arange(6) < 3, 1.0 / self.length, 1.0)[:, None] * self._unit_steps
+        J = J.transpose(1, 2, 3, 0)[:, :, self.unknowns] * units[..., None]
+        turn = vector_of_rotation(np.einsum("neij,nekj->neik", placed.R_wanted, placed.R))
         shift = (placed.p_wanted - placed.p) / self.length
-        return np.concatenate([shift, turn], axis=-1).reshape(len(turn), 6 * turn.shape[1])
+        e = np.concatenate([shift, turn], axis=-1).reshape(len(x), 6 * len(self.tree.ends))
+        return e, J.transpose(3, 0, 1, 2).reshape(*e.shape, len(self.unknowns))
 
-    def moved(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
+    def after_step(self, x: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Postures after steps (N, n) of the unknowns."""
         delta = np.zeros(x.shape)
         delta[:, self.unknowns] = step * self._unit_steps
-        moved = advanced(x, delta, self._turned)
+        moved = after_motion(x, delta, self._turned)
         if not self.spins:
             return moved
         back = np.einsum("nij,nj->ni", self._turned_back(self.tree.placed(x).axes), delta)
         # Last, so that what is turned back is turned about the very axis of the screw.
-        return advanced(moved, back, self._turned)
+        return after_motion(moved, back, self._turned)
 
     def _turned_back(self, axes: np.ndarray) -> np.ndarray:
         """What each joint turns back where a screw turns by one (N, size, size).

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
 from robostiff.frozen import frozen, replace
-from robostiff.kinematics.closure.body import tidied, tidied_point
+from robostiff.kinematics.closure.body import tidy_numbers, tidy_point
 from robostiff.kinematics.turn import turn_about, turn_by_vector
 from robostiff.model import Chain, Joint, JointKind, ParallelBlock, Rigid, Telescope
 from robostiff.spatial import Screw, skew
-from robostiff.spatial.batch import product, transpose
+from robostiff.spatial.batch import product
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.spatial.screw import twists_of_screws
 
@@ -56,11 +55,12 @@ class LoopEnd:
 
 @frozen
 class PlacedTree:
-    """All frames, axes and ends of loops at N postures, or at one of recorded entries without N."""
+    """All frames, axes and ends of loops at N postures, or at one of recorded entries without N.
 
-    # (N, frames, 3, 3) and (N, frames, 3, 1), and the place of each frame among them
-    frames: tuple[np.ndarray, np.ndarray]
-    number: np.ndarray
+    Equal entries of all postures are side by side in memory.
+    """
+
+    frames: tuple[np.ndarray, np.ndarray]  # (N, frames, 3, 3) and (N, frames, 3)
     # (N, size, 3): unit vector of each coordinate, and a point of its line [m]
     axes: np.ndarray
     points: np.ndarray
@@ -73,36 +73,35 @@ class PlacedTree:
 
     def at(self, fixed: Fixed) -> tuple[np.ndarray, np.ndarray]:
         """Axes (N, 3, 3) and origin (N, 3) of a frame at rest in one of the moving frames."""
-        R, p = (own[..., self.number[fixed.frame], :, :] for own in self.frames)
+        R, p = self.frames[0][..., fixed.frame, :, :], self.frames[1][..., fixed.frame, :]
         if R.dtype != object:
-            return R @ fixed.R, p[..., 0] + R @ fixed.p
+            return R @ fixed.R, p + R @ fixed.p
         if fixed.via is None:
-            start, R_own, p_own = p[:, 0], fixed.R, fixed.p
+            start, R_own, p_own = p, fixed.R, fixed.p
         else:
             end, R_own, p_own = fixed.via
             R, start = self.at(end)
         # Products with what is rounding would be recorded.
-        return R @ tidied(R_own), start + R @ tidied_point(p_own)
+        return R @ tidy_numbers(R_own), start + R @ tidy_point(p_own)
 
 
 @frozen
 class _Sorted:
-    """What every frame but the world does, the frames in the order of levels.
+    """What every frame but the world does.
 
     They turn by A + sin q A E + (1 - cos q) A E^2, and shift along an axis.
     """
 
-    number: np.ndarray  # (frames + 1,) of int: place of each frame, the world first
     parents: np.ndarray  # (frames,) of int
     places: np.ndarray  # (frames,) of int: coordinates
-    shift: np.ndarray  # (frames, 3)
-    slide: np.ndarray  # (frames, 3): for one of the coordinate
-    A: np.ndarray  # (frames, 3, 3)
+    shift: np.ndarray  # (frames, 3, 1)
+    slide: np.ndarray  # (frames, 3, 1): for one of the coordinate
+    A: np.ndarray  # (frames, 3, 3, 1)
     AE: np.ndarray
     AEE: np.ndarray
-    levels: list[slice]
+    levels: list[np.ndarray]  # of int: frames that are placed at once
     frames: np.ndarray  # (size,) of int: those that coordinates move
-    axes: np.ndarray  # (size, 3, 1): theirs, in the frames before
+    axes: np.ndarray  # (size, 3): theirs, in the frames before
     balls: np.ndarray  # (b,) of int: frames of spherical joints
     # Of the ends, and of where they should be: moving frames, axes and origins in them
     ends: list[tuple[np.ndarray, np.ndarray, np.ndarray]]
@@ -219,34 +218,27 @@ class MotionTree:
 
     @cached_property
     def _sorted(self) -> _Sorted:
-        order = 1 + np.argsort(np.array(self._levels[1:], dtype=int), kind="stable")
-        number = np.zeros(1 + len(order), dtype=int)
-        number[order] = 1 + np.arange(len(order))
-        before = [self._before[i - 1] for i in order]
-        places = np.array([self._coordinates[i - 1] for i in order], dtype=int)
-        screws = [self.screws[i] for i in places]
+        before, places = self._before, np.array(self._coordinates, dtype=int)
+        screws, level = [self.screws[i] for i in places], np.array(self._levels)
         A = np.array([one.R for one in before], dtype=float).reshape(-1, 3, 3)
         E = np.array([skew(screw.axis) * screw.turns for screw in screws]).reshape(-1, 3, 3)
-        level = np.array(self._levels, dtype=int)[order]
-        starts = 1 + np.searchsorted(level, np.arange(1, max(self._levels) + 2))
         return _Sorted(
-            number=number,
-            parents=number[np.array([one.frame for one in before], dtype=int)],
+            parents=np.array([one.frame for one in before], dtype=int),
             places=places,
-            shift=np.array([one.p for one in before], dtype=float).reshape(-1, 3),
-            slide=np.array([self._slides[i - 1] for i in order], dtype=float).reshape(-1, 3),
-            A=A,
-            AE=A @ E,
-            AEE=A @ E @ E,
-            levels=[slice(a, b) for a, b in pairwise(starts.tolist())],
-            frames=number[np.array(self._frames, dtype=int)],
-            axes=np.array(self._axes, dtype=float).reshape(-1, 3, 1),
-            balls=number[np.array([frame for frame, _ in self._balls], dtype=int)],
+            shift=np.array([one.p for one in before], dtype=float).reshape(-1, 3, 1),
+            slide=np.array(self._slides, dtype=float).reshape(-1, 3, 1),
+            A=A[..., None],
+            AE=(A @ E)[..., None],
+            AEE=(A @ E @ E)[..., None],
+            levels=[np.flatnonzero(level == one) for one in range(1, max(self._levels) + 1)],
+            frames=np.array(self._frames, dtype=int),
+            axes=np.array(self._axes, dtype=float).reshape(-1, 3),
+            balls=np.array([frame for frame, _ in self._balls], dtype=int),
             ends=[
                 (
-                    number[np.array([one.frame for one in fixed], dtype=int)],
+                    np.array([one.frame for one in fixed], dtype=int),
                     np.array([one.R for one in fixed], dtype=float).reshape(-1, 3, 3),
-                    np.array([one.p for one in fixed], dtype=float).reshape(-1, 3, 1),
+                    np.array([one.p for one in fixed], dtype=float).reshape(-1, 3),
                 )
                 for fixed in ([end.own for end in self.ends], [end.wanted for end in self.ends])
             ],
@@ -273,59 +265,62 @@ class MotionTree:
             return self._on_entries(q, turned or {})
         own = self._sorted
         q = q if self._transmission is None else q @ self._transmission.T
-        frames, balls = own.frames, own.balls
-        x = q[:, own.places]
-        sine, versine = np.sin(x), 2.0 * np.sin(0.5 * x) ** 2
-        M = own.A + sine[..., None, None] * own.AE + versine[..., None, None] * own.AEE
+        frames, balls, count = own.frames, own.balls, len(q)
+        x = q.T[own.places][:, None]
+        sine, versine = np.sin(x)[:, None], 2.0 * np.sin(0.5 * x[:, None]) ** 2
+        M = own.A + sine * own.AE + versine * own.AEE
         if balls.size:
-            M[:, balls - 1] = own.A[balls - 1] @ turn_by_vector(q[:, self.balls])
-        d = (own.shift + x[..., None] * own.slide)[..., None]
-        R = np.empty((len(q), len(own.number), 3, 3))
-        p = np.empty((len(q), len(own.number), 3, 1))
-        R[:, _WORLD], p[:, _WORLD] = np.eye(3), 0.0
+            turns = turn_by_vector(q[:, self.balls])
+            M[balls - 1] = np.einsum("fij,nfjk->fikn", own.A[balls - 1, ..., 0], turns)
+        d = own.shift + x * own.slide
+        R, p = np.empty((1 + len(M), 3, 3, count)), np.empty((1 + len(M), 3, count))
+        R[_WORLD], p[_WORLD] = np.eye(3)[..., None], 0.0
         for level in own.levels:
-            here = slice(level.start - 1, level.stop - 1)
-            R_before = R[:, own.parents[here]]
-            R[:, level] = R_before @ M[:, here]
-            p[:, level] = p[:, own.parents[here]] + R_before @ d[:, here]
-        along = (R[:, own.parents[frames - 1]] @ own.axes)[..., 0]
-        (R_end, p_end), wanted = (
-            (R[:, at] @ R_own, (p[:, at] + R[:, at] @ p_own)[..., 0])
-            for at, R_own, p_own in own.ends
-        )
-        points = p[:, frames][..., 0]
-        return PlacedTree((R, p), own.number, along, points, R_end, p_end, *wanted)
+            parents = own.parents[level - 1]
+            R_before = R[parents]
+            R[level] = np.einsum("fijn,fjkn->fikn", R_before, M[level - 1])
+            p[level] = p[parents] + np.einsum("fijn,fjn->fin", R_before, d[level - 1])
+        along = np.einsum("fijn,fj->fin", R[own.parents[frames - 1]], own.axes)
+        found = [R, p, along, p[frames]]
+        for at, R_own, p_own in own.ends:
+            R_at = R[at]
+            found.append(np.einsum("fijn,fjk->fikn", R_at, R_own))
+            found.append(p[at] + np.einsum("fijn,fj->fin", R_at, p_own))
+        R, p, *rest = (own.transpose(own.ndim - 1, *range(own.ndim - 1)) for own in found)
+        return PlacedTree((R, p), *rest)
 
     def _on_entries(self, q: np.ndarray, turned: Mapping[int, np.ndarray]) -> PlacedTree:
         q = q if self._transmission is None else self._transmission @ q
         count, balls = 1 + len(self._before), dict(self._balls)
-        R, p = np.empty((count, 3, 3), dtype=object), np.empty((count, 3, 1), dtype=object)
+        R, p = np.empty((count, 3, 3), dtype=object), np.empty((count, 3), dtype=object)
         R[_WORLD], p[_WORLD] = np.eye(3, dtype=int), 0
         none, starts = np.zeros((0, 3, 3)), p.copy()
-        placed = PlacedTree((R, p), np.arange(count), none, none, none, none, none, none)
+        placed = PlacedTree((R, p), none, none, none, none, none, none)
         for k, (before, i) in enumerate(zip(self._before, self._coordinates, strict=True), start=1):
-            R[k], p[k, :, 0] = placed.at(before)
+            R[k], p[k] = placed.at(before)
             starts[k] = p[k]
             if k in balls:
                 R[k] = turned[i] if i in turned else R[k] @ turn_by_vector(q[i : i + 3])
             elif self.screws[i].turns:
                 R[k] = R[k] @ turn_about(self.screws[i].axis, q[i : i + 1].reshape(()))
-            p[k, :, 0] = p[k, :, 0] + (R[before.frame] @ tidied_point(self._slides[k - 1])) * q[i]
+            p[k] = p[k] + (R[before.frame] @ tidy_point(self._slides[k - 1])) * q[i]
         parents = [self._before[frame - 1].frame for frame in self._frames]
-        axes = [R[k] @ tidied(axis) for k, axis in zip(parents, self._axes, strict=True)]
+        axes = [R[k] @ tidy_numbers(axis) for k, axis in zip(parents, self._axes, strict=True)]
         ends = [(*placed.at(one.own), *placed.at(one.wanted)) for one in self.ends]
         four = [np.array(x) for x in zip(*ends, strict=True)] or [none] * 4
-        return PlacedTree((R, p), placed.number, np.array(axes), starts[self._frames, :, 0], *four)
+        return PlacedTree((R, p), np.array(axes), starts[self._frames], *four)
 
     def closing_twists(self, placed: PlacedTree) -> np.ndarray:
-        """Twists (17) by which each coordinate closes each end (N, ends, 6, size)."""
+        """Twists (17) by which each coordinate closes each end (N, ends, 6, size), side by side."""
         ends, places, leads = self._pairs
-        at = np.where(leads[:, None], placed.p_wanted[:, ends], placed.p[:, ends])
-        e, r = placed.axes[:, places], at - placed.points[:, places]
+        four = (placed.axes, placed.points, placed.p, placed.p_wanted)
+        axes, points, *at = (own.transpose(1, 2, 0) for own in four)
+        arms = np.concatenate(at)[ends + leads * len(self.ends)] - points[places]
         pitches = [self.screws[i].pitch for i in places]
-        twist = twists_of_screws(transpose(e), transpose(r), pitches)
-        J = np.zeros((len(at), len(self.ends), 6, self.size))
-        J[:, ends, :, places] = np.moveaxis(np.where(leads, -twist, twist), -1, 0)
+        twist = twists_of_screws(axes[places].T, arms.T, pitches) * np.where(leads, -1.0, 1.0)
+        J = np.zeros((len(self.ends), 6, self.size, len(placed.p)))
+        J[ends, :, places] = twist.T
+        J = J.transpose(3, 0, 1, 2)
         return J if self._transmission is None else J @ self._transmission
 
     @cached_property
@@ -339,7 +334,7 @@ class MotionTree:
         return T
 
 
-def advanced(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:
+def after_motion(q: np.ndarray, delta: np.ndarray, balls: np.ndarray) -> np.ndarray:
     """Coordinates (..., size) after small motions; balls at places (b, 3) turn about frame axes."""
     moved = q + delta
     if balls.size:

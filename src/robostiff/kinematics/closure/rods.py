@@ -14,8 +14,8 @@ from robostiff.kinematics.closure.body import (
     Rest,
     Stretch,
     aim,
+    body_after_turn,
     body_of_directions,
-    body_turned,
     constant_cosine,
     coordinate_axis_along,
     cross,
@@ -28,8 +28,8 @@ from robostiff.kinematics.closure.body import (
     rest_of_directions,
     shortest_turn_of,
     spun,
-    tidied,
-    tidied_point,
+    tidy_numbers,
+    tidy_point,
 )
 from robostiff.kinematics.closure.leg_forms import Cluster, LegForm, Skeleton, Slide
 from robostiff.kinematics.turn import turn_by_vector_of_entries
@@ -70,7 +70,7 @@ class Strut(RodForm):
 
     slide: Slide
 
-    def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
+    def leg_between(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform."""
         A, B, place = self.A, self.B, self.slide.place
         A_now, B_now = base.point(A.point), self.named(platform.point(B.point), "B")
@@ -78,7 +78,7 @@ class Strut(RodForm):
         length = self.named(square_root(dot(A_to_B, A_to_B)) * self.mode.root, "L")
         d = self.named(quotient(A_to_B, length), "d")
         rod = _RodNow(self, base, platform, d, A_now, B_now).closed
-        (fixed,) = tidied_point(np.array([self.along @ (B.point - A.point)], dtype=object))
+        (fixed,) = tidy_point(np.array([self.along @ (B.point - A.point)], dtype=object))
         carried = rod.bodies[A.places[-1] + 1].at(B.point, B_now)
         bodies = {0: base, place + 1: carried, **rod.bodies}
         return replace(rod, bodies=bodies, slides={place: Stretch(length, -fixed)})
@@ -128,7 +128,7 @@ class Rod(RodForm):
     # moves in a plane
     across: Slide | None = None
 
-    def closed(self, base: LegBody, platform: LegBody) -> ClosedLeg:
+    def leg_between(self, base: LegBody, platform: LegBody) -> ClosedLeg:
         """The leg between its base and the platform."""
         A, B, B_now = self.A, self.B, self.named(platform.point(self.B.point), "B")
         bodies, slides = {0: base}, {}
@@ -162,7 +162,7 @@ class Rod(RodForm):
             to_B = B_now - centre
             x, y, height = dot(to_B, m), dot(to_B, n), dot(to_B, e)
             if not at_poses:
-                (height,) = tidied_point(np.array([height], dtype=object))
+                (height,) = tidy_point(np.array([height], dtype=object))
             size = x * x + y * y
             c = (size + (height * height + (radius * radius - square))) / (2 * radius)
             if at_poses:  # out of reach, as far as it goes
@@ -201,9 +201,9 @@ class Rod(RodForm):
         arm = self.A.point - crank.point
         level = e0 * (e0 @ arm)
         radius = square_root((arm - level) @ (arm - level))
-        m0 = tidied((arm - level) / radius)
+        m0 = tidy_numbers((arm - level) / radius)
         R_zero = np.stack([m0, cross(e0, m0), e0], axis=-1)
-        hub = tidied_point(crank.point + level)
+        hub = tidy_point(crank.point + level)
         if e0.dtype != object:
             R_zero, hub = R_zero.astype(float), hub.astype(float)
         return Rest(R_zero, hub), radius
@@ -238,7 +238,7 @@ def rod_of(skeleton: Skeleton, drive: Slide | Cluster, A: Cluster, B: Cluster) -
 def rod_between(skeleton: Skeleton, drive: Slide | Cluster, A: Cluster, B: Cluster) -> Rod:
     """A rod from joint A, which a drive carries, to joint B."""
     rod = B.point - A.point
-    along = tidied(rod / np.linalg.norm(rod)).astype(float)
+    along = tidy_numbers(rod / np.linalg.norm(rod)).astype(float)
     side = direction_across(along).astype(float)
     driven = (drive,) if isinstance(drive, Cluster) else ()
     leading = drive.places[0] if isinstance(drive, Cluster) else drive.place
@@ -332,7 +332,7 @@ class _RodNow:
         if before.is_at_poses:
             rest, _ = rest_of_directions(x, axis[0], target[0])
             rest = Rest(rest.R.astype(float), x)
-            return body_turned(before, rest, p, axis[0], *target)
+            return body_after_turn(before, rest, p, axis[0], *target)
         (u0, u), (v0, v) = (target, axis) if target_first else (axis, target)
         return body_of_directions((x, u0, v0), (p, u, v))
 
@@ -393,5 +393,5 @@ class _RodNow:
 
 
 def _square(x: Any) -> Any:
-    x = tidied(np.array([x], dtype=object))[0]
+    x = tidy_numbers(np.array([x], dtype=object))[0]
     return x * x

@@ -167,14 +167,14 @@ class LoadedRobot:
         """
         values = {**values, **self.start, **HANDED}
         at = self.equations(values)
-        twist = self.unloaded.factors.solved(self.wrench)
+        twist = self.unloaded.factors.solution(self.wrench)
         if self.stands:
-            twist = at.factored.solved(at.right)
+            twist = at.factored.solution(at.right)
         after = self.step(values, at, twist, falls=False)
         if self.struts:
             values |= zip((*self.start, *HANDED), after, strict=True)
             at = self.equations(values)
-            after = self.step(values, at, at.factored.solved(at.right), falls=False)
+            after = self.step(values, at, at.factored.solution(at.right), falls=False)
         return after
 
     def sizes(self, twist: Sequence[Any]) -> list[Any]:
@@ -218,7 +218,7 @@ class LoadedRobot:
         rest = {place: entry - unloaded[place] * SAFE for place, entry in at.K_total.items()}
         n = self.unloaded.space.size
         safe_part = factors_of(rest, n, in_order=True)
-        twist = safe_part.solved(at.right)
+        twist = safe_part.solution(at.right)
         sizes = [x for x in self.sizes(twist) if not is_zero(x)]
         gap = reduce(add, (x * x for x in sizes)) * (1e-12 / _ARRIVED) ** 2
         safe: list[Any] = [
@@ -261,7 +261,7 @@ class LoadedRobot:
         stiffnesses = [k for _, k in drives]
         step: dict[int, Any] = {}
         if drives:
-            twist = at.factored.solved(at.right)
+            twist = at.factored.solution(at.right)
             step = at.elimination.solution(dict(zip(self.legs.twist, twist, strict=True)))
         steps = [step[u] for u, _ in drives]
         loads = [k * q for k, q in zip(stiffnesses, deflections, strict=True)]
@@ -271,7 +271,7 @@ class LoadedRobot:
             moved = derivatives_along(record, quantities, along)
             spin = np.reshape(np.array(moved[3:12], dtype=object), (3, 3)) @ R.T
             found += [*moved[:3], spin[2, 1], spin[0, 2], spin[1, 0]]
-            found += at.factored.solved(moved[12:last])
+            found += at.factored.solution(moved[12:last])
             of_steps, softer = moved[last : last + len(drives)], moved[last + len(drives) :]
             of_drives += of_steps
             of_drives += [
@@ -344,7 +344,7 @@ def record_loading(
     weighs = bool(np.any(gravity))
     on_legs = weighs or bool(standing.preload)
     here, closure = place_robot(robot, finder, weighs=on_legs, all_joints=True)
-    record, unloaded, L = here.record, here.recorded, finder.length
+    record, unloaded, L = here.record, here.stiffness, finder.length
     random = np.random.default_rng(7)
     # Some samples are without load: what vanishes there is no pivot.
     shares = np.resize(np.array([0.0, 1.0, 0.5]), record.count)
@@ -394,7 +394,7 @@ def record_loading(
     return RecordedLoading(
         inputs=inputs,
         start=loaded.start,
-        step=Program.of(record, loaded.step(values, at, at.factored.solved(at.right))),
+        step=Program.of(record, loaded.step(values, at, at.factored.solution(at.right))),
         arrival=Program.of(record, loaded.arrival(values, at)),
         first=Program.of(record, loaded.first(values), inputs=inputs),
         first_steps=2 if struts else 1,
