@@ -74,7 +74,7 @@ def tolerances() -> None:
         "Sobol points, a row a parameter": drawn_points,
         "normally distributed by these": lambda: drawn.values(u),
         "the kernel with the draws it needs": bare,
-        "the kernel with its checks": lambda: drawn.put(values, out),
+        "the kernel with its checks": lambda: drawn.fill(values, out),
     }
     for name, work in each.items():
         points.reset()
@@ -106,7 +106,7 @@ def compensation(count: int = 40_000) -> None:
     wrenches = np.tile([100.0, 50, -1000, 10, 20, 0], (count, 1))
     commands = _Commands(robot, rs.compile_loaded(robot), path, None, wrenches)
     for method in (rs.Mirror(), rs.Exact()):
-        rate = count / seconds(lambda m=method: commands.corrected(m))
+        rate = count / seconds(lambda m=method: commands.correct(m))
         print(f"{type(method).__name__} of a hexapod: {rate:,.0f} points a second")
     arm = rs.load(Path(__file__).parents[1] / "examples" / "loaded-arm.yaml")
     home = posture_finder(arm).find(None).coordinates[0][0]

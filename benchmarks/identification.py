@@ -17,7 +17,7 @@ import numpy as np
 
 import robostiff as rs
 from robostiff.identification.identified import Identified
-from robostiff.identification.search import fitted
+from robostiff.identification.search import fit
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -47,7 +47,7 @@ def hexapod(count: int) -> rs.Identified:
     reached = rs.find_posture(robot, poses)
     measured = measured.chosen(reached.reached & reached.within_limits)
     found = rs.identify(robot, measured, ["leg*/strut"], frames=rs.KnownFrames(marks))
-    exact = found.model.predicted(found.fit.start)[0].reshape(-1, 3)  # of nominal values
+    exact = found.model.prediction(found.fit.start)[0].reshape(-1, 3)  # of nominal values
     return _simulated(found.fitted_to(replace(measured, values=exact)), random)
 
 
@@ -63,7 +63,7 @@ def timed(found: rs.Identified) -> float:
     seconds = []
     for _ in range(3):
         began = time.process_time()
-        fitted(replace(found.model), found.fit.start, found.fit.bounds, found.fit.loss)
+        fit(replace(found.model), found.fit.start, found.fit.bounds, found.fit.loss)
         seconds.append(time.process_time() - began)
     return min(seconds)
 
@@ -88,7 +88,7 @@ def main() -> None:
     for k in range(1, campaigns + 1):
         values = exact + 1e-6 * random.standard_normal(exact.shape)
         model = replace(found.model, measured=replace(found.measured, values=values))
-        own = Identified(*fitted(model, truth, fit.bounds, fit.loss)).interval(0.95)
+        own = Identified(*fit(model, truth, fit.bounds, fit.loss)).interval(0.95)
         inside += sum(a <= x <= b for x, (a, b) in zip(truth, own.values(), strict=True))
         if k % 500 == 0 or k == campaigns:
             print(

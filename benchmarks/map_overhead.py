@@ -18,7 +18,7 @@ from robostiff.analysis.maps.evaluator import DirectForm, MapEvaluator
 from robostiff.analysis.maps.job import MapJob, MapSummary
 from robostiff.analysis.maps.map import MapArrays
 from robostiff.analysis.maps.pose_columns import SIX, pose_columns
-from robostiff.analysis.maps.run import Threads, followed, workforce
+from robostiff.analysis.maps.run import Threads, run_with_progress, workforce
 from robostiff.analysis.maps.store import MapStore, create_store
 
 
@@ -47,7 +47,7 @@ def main() -> None:
             started = time.perf_counter()
             with workforce(None, Threads()) as run:
                 running = run(work.compute, blocks)
-                finish(followed(running, MapSummary(), job.partition.poses, None))
+                finish(run_with_progress(running, MapSummary(), job.partition.poses, None))
             return job.partition.poses / (time.perf_counter() - started) / 1e6
 
         arrays = MapArrays(job)

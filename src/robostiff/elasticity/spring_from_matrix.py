@@ -364,7 +364,7 @@ def in_element_axes(elasticity: Elasticity, rotation: Entries, offset: Entries) 
     A hinge spring about z seen from a point 2 m along x, which its turns carry along y:
 
     >>> hinge = Elasticity(np.diag([0, 0, 0, 0, 0, 0.01]))
-    >>> moved(hinge, rotation=np.eye(3), offset=[2, 0, 0]).compliance[1, 1]
+    >>> in_element_axes(hinge, rotation=np.eye(3), offset=[2, 0, 0]).compliance[1, 1]
     np.float64(0.04)
     """
     R = formula_array(rotation)

@@ -167,7 +167,7 @@ def free_names(names: Sequence[str | None], kinds: Sequence[str]) -> list[str]:
 
     Examples
     --------
-    >>> numbered([None, "beam1", None], ["beam", "beam", "beam"])
+    >>> free_names([None, "beam1", None], ["beam", "beam", "beam"])
     ['beam2', 'beam1', 'beam3']
     """
     count: Counter[str] = Counter()

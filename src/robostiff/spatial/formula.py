@@ -192,7 +192,7 @@ def tidy(vector: np.ndarray) -> np.ndarray:
     --------
     >>> import sympy as sp
     >>> a = sp.Symbol("a")
-    >>> tidied(np.array([sp.sin(a) ** 2 + sp.cos(a) ** 2, a / a**2], dtype=object))
+    >>> tidy(np.array([sp.sin(a) ** 2 + sp.cos(a) ** 2, a / a**2], dtype=object))
     array([1, 1/a], dtype=object)
     """
     import sympy as sp

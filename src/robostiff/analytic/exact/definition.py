@@ -108,7 +108,7 @@ class NamedSteps:
         Examples
         --------
         >>> steps = NamedSteps()
-        >>> _ = steps.eliminated(sp.Matrix(sp.MatrixSymbol("K", 2, 2)), sp.Matrix([0, 1]), "_1_")
+        >>> _ = steps.eliminate(sp.Matrix(sp.MatrixSymbol("K", 2, 2)), sp.Matrix([0, 1]), "_1_")
         >>> [str(d.symbol) for d in steps.definitions]
         ['K_1_11']
         """

@@ -42,7 +42,7 @@ def factors_of(field: ExactField, above: Any, below: Any = None) -> Any:
     >>> R, r = sp.symbols("R r")
     >>> field = ExactField([R, r])
     >>> p = field.element(r**2 - R**2).num
-    >>> factored(field, p), factored(field, field.element(3 * R).num, p)
+    >>> factors_of(field, p), factors_of(field, field.element(3 * R).num, p)
     (-(R - r)*(R + r), -3*R/((R - r)*(R + r)))
     """
     if above.is_zero():

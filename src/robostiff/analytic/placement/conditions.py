@@ -219,7 +219,7 @@ def _independent(
 ) -> Iterator[Condition]:
     """That no further passive joint of a leg depends on those before it: it would transmit more.
 
-    `stretched`: the conditions that are there, see `_stretched`.
+    `stretched`: the conditions that are there, see `_conditions_of_stretch`.
     """
     known, product, record = [1.0, *(x for _, x in stretched)], sp.Integer(1), read.record
     # What its wrenches are divided by and does not vanish, at the samples, and the squares of it.

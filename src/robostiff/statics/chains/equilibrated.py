@@ -77,7 +77,7 @@ def solve(
     Examples
     --------
     >>> A = np.array([[[1e12, 1.0], [1.0, 1e-9]]])
-    >>> solved(A, np.array([[[1.0], [0.0]]]), refinements=2)[0][0, 1, 0]
+    >>> solve(A, np.array([[[1.0], [0.0]]]), refinements=2)[0][0, 1, 0]
     np.float64(-0.001001...)
     """
     scale = np.ones(A.shape[:2]) if first is None else first
