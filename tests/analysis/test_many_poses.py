@@ -40,7 +40,7 @@ def asked_of_direct_form(monkeypatch) -> list[int]:
         counts.append(rows.size)
         return solve(self, rows)
 
-    monkeypatch.setattr(questions.PosesOfRobot, "solved", counted)
+    monkeypatch.setattr(questions.PosesOfRobot, "direct_answer", counted)
     return counts
 
 

@@ -161,7 +161,7 @@ def test_intervals_are_quantiles_of_their_distribution(hexapod, few, is_known):
     noise = 1.5e-6 * np.random.default_rng(5).standard_normal(exact.shape)
     found = hexapod.fitted_to(replace(few, sigma=sigma, values=exact + noise))
     std = np.array([*found.std.values()])
-    _, J = found.model.predicted(found.fit.x)
+    _, J = found.model.prediction(found.fit.x)
     left = 1.5e-6 if is_known else np.sqrt(np.sum(found.residuals**2) / 9)
     np.testing.assert_allclose(std, left * np.diag(np.linalg.inv(J.T @ J)) ** 0.5, rtol=1e-6)
     for part in (0.95, 0.6):
@@ -201,7 +201,7 @@ def test_an_outlier_is_found_by_leaving_it_out(arm):
     """One coordinate 1 mm off among 108 of 20 um, where it does most."""
     assert arm.outliers == ()
     std = np.array([*arm.std.values()])
-    _, J = arm.model.predicted(arm.fit.x)
+    _, J = arm.model.prediction(arm.fit.x)
     influence = np.abs(arm.covariance @ (J / 2e-5**2).T * 1e-3) / std[:, None]
     unknown, number = np.unravel_index(np.argmax(influence), influence.shape)
     squares = _with_outlier(arm, number, rs.Squares())

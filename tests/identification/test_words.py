@@ -189,7 +189,7 @@ def test_a_factor_of_a_bearing_is_one_of_its_compliance():
 
 def test_readings_that_no_robot_has_are_no_fault_of_the_postures(monkeypatch):
     """Readings of 70 m end where rates are not known; only singular postures were blamed."""
-    lost = "robostiff.identification.readings.ReadingModel.predicted"
+    lost = "robostiff.identification.readings.ReadingModel.prediction"
 
     def nowhere(model, x):
         return np.full(len(model.values), np.nan), np.zeros((len(model.values), len(x)))

@@ -230,7 +230,7 @@ def test_a_load_that_is_not_carried_is_refused_in_few_solves(monkeypatch: pytest
     assert robot.weight is not None
     load = np.array([0, 0, -1.5 * robot.weight.force[2], 0, 0, 0])
     with monkeypatch.context() as patch:
-        patch.setattr(EquilibriumProblem, "linearised", counted)
+        patch.setattr(EquilibriumProblem, "linear_equations", counted)
         response = rs.cable_response(robot, wrench=load)
     assert not response.has_answer
     assert solves < 500

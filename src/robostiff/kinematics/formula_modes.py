@@ -49,7 +49,7 @@ def other_modes(
     def closed(mode: RootSigns) -> _Mode:
         own: Any = site.own_form(replace(form, mode=mode))
         own = replace(own, spin_matters=True, name=None)  # it turns from home, as over poses
-        return _Mode(site, own, own.closed(site.base, site.platform))
+        return _Mode(site, own, own.leg_between(site.base, site.platform))
 
     own = closed(form.mode)
     for mode in modes:

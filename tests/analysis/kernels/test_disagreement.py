@@ -43,7 +43,7 @@ def plant(request, monkeypatch) -> Callable[[Callable[[RecordedRobot], RecordedR
 
     def planted(wrong: Callable[[RecordedRobot], RecordedRobot]) -> str:
         right = recorded_robot.robot_stiffness
-        monkeypatch.setattr(recorded_robot, "assembled", lambda *given: wrong(right(*given)))
+        monkeypatch.setattr(recorded_robot, "robot_stiffness", lambda *given: wrong(right(*given)))
         return request.param
 
     return planted
@@ -66,7 +66,7 @@ def test_a_wrong_status_is_a_disagreement(plant):
 
 def test_parameters_are_named(monkeypatch):
     right = recorded_robot.robot_stiffness
-    monkeypatch.setattr(recorded_robot, "assembled", lambda *a: wrong_entry(right(*a)))
+    monkeypatch.setattr(recorded_robot, "robot_stiffness", lambda *a: wrong_entry(right(*a)))
     with pytest.raises(DisagreementError, match=r"\], R = 0\.\d+;"):
         rs.compile(rs.load("gough-stewart-b", symbols=("R",)), parameters=("R",), backend=ARRAYS)
 
@@ -83,7 +83,7 @@ def test_a_map_by_a_kernel_is_not_made_by_another_way(plant):
 def test_the_command_says_so(monkeypatch, tmp_path):
     """Of so many poses that a map chooses the kernel by itself."""
     right = recorded_robot.robot_stiffness
-    monkeypatch.setattr(recorded_robot, "assembled", lambda *a: wrong_entry(right(*a)))
+    monkeypatch.setattr(recorded_robot, "robot_stiffness", lambda *a: wrong_entry(right(*a)))
     where = str(tmp_path / "map.nc")
     axes = ("--x", "-10 mm, 10 mm, 250", "--y", "-10 mm, 10 mm, 200")
     outcome = CliRunner().invoke(app, ["map", "gough-stewart-b", *axes, "-o", where])

@@ -72,7 +72,7 @@ def test_a_missing_extra_is_named(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("name", ["m.xml", "m.mjcf"])
 def test_a_missing_reader_is_named(name, tmp_path, monkeypatch):
-    monkeypatch.setattr(extras, "added", lambda _: {})
+    monkeypatch.setattr(extras, "entry_points_of", lambda _: {})
     path = _file(tmp_path, "<mujoco/>", name)
     expected = r"^MJCF files need 'robostiff-interop', .* \./extras/robostiff-interop in a checkout"
     with pytest.raises(rs.InputError, match=expected):
