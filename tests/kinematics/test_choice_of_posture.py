@@ -302,3 +302,27 @@ def test_one_leg_alone_can_change():
     assert slides[0] > 0.3
     assert slides[1] < 0.3
     assert slides[2] > 0.3
+
+
+@pytest.mark.parametrize(
+    "pose", [[0.33705208, 0.18378791, 1.51070903], [0.34707656, -1.38325589, -0.67411408]]
+)
+def test_the_way_may_lead_through_telescopes_without_length(pose: list[float]) -> None:
+    """Where it ends they have one: as on short steps from home, of which none jumps."""
+    robot = rs.load("3-rps")
+    found, home = rs.find_posture(robot, pose), rs.find_posture(robot)
+    assert found.reached.all()
+    coordinates = np.concatenate(home.coordinates, axis=1)[0]
+    start = home.pose[0, robot.coordinate_places]
+    for part in np.linspace(0, 1, 201)[1:]:
+        near = rs.find_posture(robot, start + part * (np.array(pose) - start), near=coordinates)
+        after = np.concatenate(near.coordinates, axis=1)[0]
+        assert np.abs(after - coordinates).max() < 0.3
+        coordinates = after
+    np.testing.assert_allclose(
+        np.concatenate(found.coordinates, axis=1)[0], coordinates, rtol=0, atol=1e-9
+    )
+    answer = rs.compile(robot, backend=rs.Backend.ARRAYS).evaluate(np.array(pose), again=False)
+    assert not answer.guarded
+    K = rs.stiffness(robot, pose).K
+    np.testing.assert_allclose(answer.matrix, K, rtol=0, atol=1e-10 * np.abs(K).max())

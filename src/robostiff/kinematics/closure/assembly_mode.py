@@ -194,11 +194,11 @@ def closed_near(loops: Loops, x: np.ndarray) -> Followed:
 class AssemblyMode:
     """The assembly mode of a closed posture: postures reached on paths without singularity.
 
-    Along the way every part keeps the sign of its determinant det(U^T J V), telescopes stay longer
-    than zero, and each Newton step is at most half of the one before, six at most, and the first
-    one no longer than half a turn. The way is gone at once where that holds, otherwise in parts of
-    1/4, which are cut by four down to 1/4096 where they have to be. The answer at a pose is the
-    same to the last bit whatever other poses come with it.
+    Along the way every part keeps the sign of its determinant det(U^T J V), and each Newton step is
+    at most half of the one before, six at most, and the first one no longer than half a turn. At
+    its end telescopes are longer than zero. The way is gone at once where that holds, otherwise in
+    parts of 1/4, which are cut by four down to 1/4096 where they have to be. The answer at a pose
+    is the same to the last bit whatever other poses come with it.
     """
 
     loops: Loops
@@ -214,6 +214,8 @@ class AssemblyMode:
         x = np.tile(self.home, (len(given), 1))
         x[:, self.loops.given] = given
         x, kept, J = self._stepped(x, self._at_home)
+        long = self._is_long(x)
+        J, kept = J[long[kept]] if len(J) else J, kept & long
         if self._at_home is None:
             self._start_aside(x, kept, given)
         elsewhere = np.zeros(len(x), dtype=bool)
@@ -221,7 +223,7 @@ class AssemblyMode:
         at_once = rows.size == 0
         if not at_once:
             x[rows], gone, directions = self._along(given[rows])
-            kept[rows], left = gone >= 1.0, gone < 1.0
+            kept[rows], left = (gone >= 1.0) & self._is_long(x[rows]), gone < 1.0
             rows = rows[left]
             if rows.size:
                 own = directions and [one.of_rows(left) for one in directions]
@@ -362,7 +364,6 @@ class AssemblyMode:
             kept = _size(self.loops.gaps(x)) <= _NEARLY_CLOSED
         else:
             x, kept, rates = self._newton(x, directions[-1])
-        kept &= self._is_long(x)
         if directions is not None and np.any(kept):
             J = rates[kept]
             same = np.ones(len(J), dtype=bool)
