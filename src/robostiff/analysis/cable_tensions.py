@@ -52,21 +52,11 @@ class CableAnswer(StatusOfPoses):
         return self.placed.reference_point
 
     @property
-    def problem(self) -> TensionProblem:
-        """Which tensions balance weight and wrench; moments are over the characteristic length."""
-        s = scaling(self.placed.characteristic_length, self.placed.space)
-        W = structure_matrix(self.placed) / s[..., :, None]
-        F = (self.wrench + weight_wrench(self.placed)) / s
-        return TensionProblem(
-            W.reshape(-1, *W.shape[-2:]), F.reshape(-1, F.shape[-1]), *self.limits
-        )
-
-    @property
     def advice(self) -> tuple[str, ...]:
         """Advice about this result, a sentence each; of a pose alone what tensions lack."""
         if self.batch_shape or Status.INFEASIBLE not in self.status:
             return self.status.advice
-        excess = self.problem.excess(0)
+        excess = _problem(self.placed, self.wrench, self.limits).excess(0)
         lack = f"tensions that balance weight and wrench are {excess:.4g} N or more beyond limits"
         if np.isinf(excess):
             lack = "weight and wrench have a part that no tensions balance, whatever their limits"
@@ -199,24 +189,34 @@ def cable_tensions(
     pose = request.coordinates.reshape(*batch, 6)
     placed = place_cables(robot, request.R.reshape(*batch, 3, 3), pose[..., :3])
     F = given_wrenches(np.zeros(n) if wrench is None else wrench, robot.space, batch)
-    untensioned = CableTensions(
-        name=robot.name,
-        cable_names=tuple(robot.cable_names),
-        pose=pose,
-        placed=placed,
-        wrench=F,
-        values=np.zeros((*batch, m)),
-        status_codes=np.zeros(batch, dtype=np.uint16),
-        rule=rule.name,
-        limits=robot.tension_limits,
-    )
-    problem = replace(untensioned.problem, level=level)
+    problem = _problem(placed, F, robot.tension_limits, level)
     values, status = rule.choose(problem)
     shortest = _NO_LENGTH * placed.characteristic_length[..., None]
     no_length = (placed.lengths <= shortest).any(axis=-1).reshape(-1)
     status = np.where(no_length, np.uint16(Status.UNREACHABLE), status)
     feasible = (status & _WITHOUT_TENSIONS) == 0
     status = status | (feasible & ~problem.within(values)) * np.uint16(Status.BEYOND_LIMITS)
-    values = np.where(feasible[:, None], values, 0.0).reshape(*batch, m)
-    codes = np.asarray(status, dtype=np.uint16).reshape(batch)
-    return replace(untensioned, values=values, status_codes=codes)
+    return CableTensions(
+        name=robot.name,
+        cable_names=tuple(robot.cable_names),
+        pose=pose,
+        placed=placed,
+        wrench=F,
+        values=np.where(feasible[:, None], values, 0.0).reshape(*batch, m),
+        status_codes=np.asarray(status, dtype=np.uint16).reshape(batch),
+        rule=rule.name,
+        limits=robot.tension_limits,
+    )
+
+
+def _problem(
+    placed: PlacedCables,
+    wrench: np.ndarray,
+    limits: tuple[np.ndarray, np.ndarray],
+    level: float = 0.0,
+) -> TensionProblem:
+    """Which tensions balance weight and wrench; moments are over the characteristic length."""
+    s = scaling(placed.characteristic_length, placed.space)
+    W, F = structure_matrix(placed) / s[..., :, None], (wrench + weight_wrench(placed)) / s
+    W, F = W.reshape(-1, *W.shape[-2:]), F.reshape(-1, F.shape[-1])
+    return TensionProblem(W, F, *limits, level)
