@@ -265,24 +265,16 @@ def report_contents(
         expected = "a dataset from rs.stiffness_map or robostiff map"
         raise InputError("map of a report", got=got, expected=expected)
     if finite and (wrench is None or not np.any(np.asarray(wrench, dtype=float))):
-        raise InputError(
-            "finite loads of a report", got=Words("no wrench"), expected="a wrench other than zero"
-        )
+        expected = "a wrench other than zero"
+        raise InputError("finite loads of a report", got=Words("no wrench"), expected=expected)
     base |= {"robot": robot, "found": found}
     if isinstance(robot, CableRobot):
-        for name, value in (
-            ("near", near),
-            ("finite", finite or None),
-            ("other", other),
-            ("at", at if wrench is not None else None),
-        ):
+        others = {"near": near, "finite": finite or None, "other": other}
+        for name, value in {**others, "at": None if wrench is None else at}.items():
             if value is not None:
-                raise InputError(
-                    f"{name} in a report on cable robot {robot.name!r}",
-                    got=getattr(value, "name", value),
-                    expected="none",
-                    hint=_INSTEAD.get(name),
-                )
+                subject = f"{name} in a report on cable robot {robot.name!r}"
+                got = getattr(value, "name", value)
+                raise InputError(subject, got=got, expected="none", hint=_INSTEAD.get(name))
         cables = cable_stiffness(robot, place)
         require_one_pose("a report", cables.batch_shape, "write one pose")
         response = None if wrench is None else cable_response(robot, place, wrench)
