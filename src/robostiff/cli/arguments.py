@@ -158,12 +158,9 @@ def _numbers_by_name(
                 option, got=part.strip(), expected="a comma before each further NAME=VALUE"
             )
         if not equals or name not in units or name in numbers:
-            raise InputError(
-                option,
-                got=part.strip(),
-                expected=f"NAME=VALUE, each name once: {', '.join(units)}",
-                hint=None if name in units else did_you_mean(name, units),
-            )
+            expected = f"NAME=VALUE, each name once: {', '.join(units)}"
+            hint = None if name in units else did_you_mean(name, units)
+            raise InputError(option, got=part.strip(), expected=expected, hint=hint)
         numbers[name] = parse_quantities(value, units[name], [name] * len(units[name]), option)
     return numbers
 

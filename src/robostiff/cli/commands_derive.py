@@ -186,12 +186,9 @@ def pose_from(text: str, robot: Robot, angles: str | None = None) -> PoseFormula
     for part in word.split(","):
         name, equals, value = (piece.strip() for piece in part.partition("="))
         if not (name and equals and value):
-            raise InputError(
-                "--pose",
-                got=text,
-                expected="home, symbolic, joints, or coordinates NAME=VALUE, with commas between",
-                hint=f'write --pose "{names[0]}=0.1"' if names else None,
-            )
+            expected = "home, symbolic, joints, or coordinates NAME=VALUE, with commas between"
+            hint = f'write --pose "{names[0]}=0.1"' if names else None
+            raise InputError("--pose", got=text, expected=expected, hint=hint)
         if name not in names:
             raise InputError(
                 f"--pose, coordinate of {robot.name!r}", got=name, expected=", ".join(names)
@@ -369,11 +366,8 @@ def _language(command: Any) -> tuple[str, Path | None]:
     if name is None:
         name = "text" if output is None else FORMULA_FILES.get(output.suffix)
     if name is None:
-        raise InputError(
-            "--output",
-            got=command.output,
-            expected=f"a name that ends in {', '.join(FORMULA_FILES)}, or --format beside it",
-        )
+        expected = f"a name that ends in {', '.join(FORMULA_FILES)}, or --format beside it"
+        raise InputError("--output", got=command.output, expected=expected)
     choice("--format", name, dict.fromkeys(FORMULA_FILES.values()))
     if name == "pdf" and output is None:
         raise InputError("--format", got=Words("pdf"), expected="a file", hint="write -o FILE.pdf")

@@ -75,12 +75,9 @@ def poses_of(robot: Mapped, command: Any) -> PoseSource:
         longest_first = sorted(joints, key=len, reverse=True)  # 'joint 1' before 'joint'
         name = next((word for word in longest_first if text.strip().startswith(f"{word} ")), None)
         if name is None:
-            raise InputError(
-                "--joint",
-                got=text,
-                expected=f"a joint ({', '.join(joints)}) and its range",
-                hint=f'write --joint "{next(iter(joints))} -1 1 21"',
-            )
+            expected = f"a joint ({', '.join(joints)}) and its range"
+            hint = f'write --joint "{next(iter(joints))} -1 1 21"'
+            raise InputError("--joint", got=text, expected=expected, hint=hint)
         add(name, Dimension.of(joints[name]), text.strip().removeprefix(name), f"--joint {name}")
     for name, text in command.axes.items():
         if isinstance(robot, Robot) and (command.joints or name in joints):
@@ -91,12 +88,9 @@ def poses_of(robot: Mapped, command: Any) -> PoseSource:
     if command.factors is not None:
         add(FACTOR, Dimension.NUMBER, command.factors, "--factor")
     if not rows:
-        raise InputError(
-            "poses of a map",
-            got=Words("none"),
-            expected="at least one coordinate, or --poses FILE.csv",
-            hint='write --x "-100 mm 100 mm 21"',
-        )
+        expected = "at least one coordinate, or --poses FILE.csv"
+        hint = 'write --x "-100 mm 100 mm 21"'
+        raise InputError("poses of a map", got=Words("none"), expected=expected, hint=hint)
     if command.random is not None:
         ranges = {name: (low, high) for name, (low, high) in rows.items()}
         return RandomPoses(command.random, ranges, command.seed)
@@ -253,12 +247,9 @@ def _checked_output(run: Any) -> Path | None:
     if run.output == "-" and not run.resume:
         return None
     if output.suffix not in endings:
-        raise InputError(
-            "--output",
-            got=run.output,
-            expected=f"a name that ends in {' or '.join(endings)}, or - for the summary alone",
-            hint=f"write -o map{endings[0]}",
-        )
+        expected = f"a name that ends in {' or '.join(endings)}, or - for the summary alone"
+        hint = f"write -o map{endings[0]}"
+        raise InputError("--output", got=run.output, expected=expected, hint=hint)
     if output.suffix == ".nc":
         check_netcdf()
         if run.resume:
@@ -266,12 +257,9 @@ def _checked_output(run: Any) -> Path | None:
             raise InputError("--resume", got=run.output, expected=expected)
         return new_file("--output", output, run.answer.overwrite)
     if run.answer.overwrite:
-        raise InputError(
-            "--overwrite",
-            got=run.output,
-            expected=f"{'a new name' if run.reductions else 'FILE.nc'}: a store is never replaced",
-            hint="remove it, or continue it with --resume",
-        )
+        expected = f"{'a new name' if run.reductions else 'FILE.nc'}: a store is never replaced"
+        hint = "remove it, or continue it with --resume"
+        raise InputError("--overwrite", got=run.output, expected=expected, hint=hint)
     return output
 
 

@@ -203,12 +203,9 @@ class WriteNew(Command, name="new"):
         else:
             allowed = (*templates(), *shipped)
             words = listing(nearest_first(self.template, allowed))
-            raise InputError(
-                "--template",
-                got=self.template,
-                expected=f"a template or a shipped robot: {words}",
-                hint=did_you_mean(self.template, allowed),
-            )
+            expected = f"a template or a shipped robot: {words}"
+            hint = did_you_mean(self.template, allowed)
+            raise InputError("--template", got=self.template, expected=expected, hint=hint)
         if path.exists() or path.is_symlink():
             hint = "take another name"
             raise InputError("NAME", got=str(path), expected="a new file", hint=hint)
@@ -269,12 +266,9 @@ class Convert(Command, name="convert"):
         path = output_beside(output, answer)
         if path is not None and path.suffix.lower() not in suffixes:
             others = [f"--to {x} for {' or '.join(y)}" for x, y in forms.items() if x != form]
-            raise InputError(
-                "--output",
-                got=str(path),
-                expected=f"a name that ends in {' or '.join(suffixes)}",
-                hint=f"or write {', '.join(others)}",
-            )
+            expected = f"a name that ends in {' or '.join(suffixes)}"
+            hint = f"or write {', '.join(others)}"
+            raise InputError("--output", got=str(path), expected=expected, hint=hint)
         ending = "" if path is None else path.suffix.lower()
         robot = written.load_machine(self.model, None if form in _KERNELS else self.place)
         frozen = partial(_frozen, self.model.source, robot, self.place, form)

@@ -162,10 +162,10 @@ def robot_argument(metavar: str = "ROBOT", more: str = "") -> Any:
     )
 
 
-def wrench_option(text: str, *, name: str = "--wrench", default: Any = None) -> Any:
+def wrench_option(text: str, *, name: str = "--wrench") -> Any:
     """Force and moment on the platform."""
     words = f"{text} [N, N m]; or some by name, 'Fz=-500 N, Mx=3 N m'."
-    return option(name, metavar=_WRENCH, default=default, help=words)
+    return option(name, metavar=_WRENCH, help=words)
 
 
 def gravity_option() -> Any:

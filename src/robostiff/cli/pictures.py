@@ -117,11 +117,9 @@ class Plot(Command, name="plot"):
             what = "map" if is_map else "robot" if self.wrench is None else "deflection"
         choice("--what", what, dict.fromkeys(_WHAT))
         if is_map != (what == "map"):
-            raise InputError(
-                f"--what {what} of {source!r}",
-                expected="a map, FILE.zarr or FILE.nc, with --what map; a robot with all else",
-                hint=None if is_map else f"robostiff map {source} ... --plot FILE draws a new one",
-            )
+            expected = "a map, FILE.zarr or FILE.nc, with --what map; a robot with all else"
+            hint = None if is_map else f"robostiff map {source} ... --plot FILE draws a new one"
+            raise InputError(f"--what {what} of {source!r}", expected=expected, hint=hint)
         for name, value, of in (
             ("--wrench", self.wrench, _OF_LOADS),
             ("--quantity", self.quantity, ("map",)),

@@ -234,11 +234,8 @@ def _in_world(F: np.ndarray, pose: np.ndarray, axes: Axes, robot: Robot) -> np.n
 def _along_path(points: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Axes (N, 3, 3): x along the direction of travel, z as near to that given as can be."""
     if len(points) < 2:
-        raise InputError(
-            "axes of the path",
-            got=Words("one point"),
-            expected="two points or more, for a direction",
-        )
+        expected = "two points or more, for a direction"
+        raise InputError("axes of the path", got=Words("one point"), expected=expected)
     along = np.gradient(points, axis=0)
     length = np.linalg.norm(along, axis=1)
     x = along / np.where(length > 0, length, 1.0)[:, None]

@@ -33,12 +33,9 @@ def parameters_like(robot: Robot, pattern: str) -> tuple[str, ...]:
     names = [str(symbol) for symbol in robot.symbols]
     found = tuple(name for name in names if fnmatchcase(name, pattern))
     if not found:
-        raise InputError(
-            f"parameter of {robot.name!r}",
-            got=pattern,
-            expected=f"a symbol of it: {', '.join(names) or 'it has none'}",
-            hint='load it with symbols, rs.load(file, symbols=("R", "k"))',
-        )
+        expected = f"a symbol of it: {', '.join(names) or 'it has none'}"
+        hint = 'load it with symbols, rs.load(file, symbols=("R", "k"))'
+        raise InputError(f"parameter of {robot.name!r}", got=pattern, expected=expected, hint=hint)
     return found
 
 

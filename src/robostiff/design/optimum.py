@@ -382,12 +382,8 @@ def _at_start(
 def _ranges(variables: Mapping[str, tuple[float, float]]) -> np.ndarray:
     """Lowest and highest values (2, n)."""
     if not variables:
-        raise InputError(
-            "variables",
-            got=Words("none"),
-            expected="names with ranges",
-            hint='write {"R": (0.4, 0.6)}',
-        )
+        hint = 'write {"R": (0.4, 0.6)}'
+        raise InputError("variables", got=Words("none"), expected="names with ranges", hint=hint)
     expected = "a lower and a higher value each [SI]"
     ends = np.array(
         [as_floats(f"range of {n}", v, expected, shape=(2,)) for n, v in variables.items()]

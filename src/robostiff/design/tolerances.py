@@ -83,11 +83,9 @@ def _deviation(spread: Uniform | Normal, robot: Robot, name: str) -> float:
         if unit is not None and not is_like:
             part = f"{type(spread).__name__}({given.strip()})"
             hint = f'write "{given.strip()} {unit}", or {part} for that part of the nominal value'
+            expected = f"the same dimension as {like}"
             raise InputError(
-                subject,
-                got=given,
-                expected=f"the same dimension as {like}",
-                hint=hint if quantity.is_bare else None,
+                subject, got=given, expected=expected, hint=hint if quantity.is_bare else None
             )
         size = float(quantity.magnitude)
     elif nominal == 0.0:
@@ -357,11 +355,8 @@ class _DrawnRobots:
         if isinstance(spreads, Mapping):
             for pattern, spread in spreads.items():
                 if not isinstance(spread, Uniform | Normal):
-                    raise InputError(
-                        f"spread of {pattern!r}",
-                        got=spread,
-                        expected='Uniform(0.2) or Normal("0.2 mm")',
-                    )
+                    expected = 'Uniform(0.2) or Normal("0.2 mm")'
+                    raise InputError(f"spread of {pattern!r}", got=spread, expected=expected)
                 of |= dict.fromkeys(parameters_like(robot, pattern), spread)
             values = {name: float(robot.nominal[name]) for name in of}
             deviations = [_deviation(spread, robot, name) for name, spread in of.items()]

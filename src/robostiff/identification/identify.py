@@ -254,12 +254,9 @@ def identify(
         raise InputError("robot to identify", got=type(robot).__name__, expected="a Robot")
     if not isinstance(measured, Measurements):
         is_path = isinstance(measured, str | os.PathLike)
-        raise InputError(
-            "measurements",
-            got=Words("the name of a file") if is_path else type(measured).__name__,
-            expected="rs.Measurements(...)",
-            hint=f"write rs.Measurements.read({os.fspath(measured)!r}, robot)" if is_path else None,
-        )
+        got = Words("the name of a file") if is_path else type(measured).__name__
+        hint = f"write rs.Measurements.read({os.fspath(measured)!r}, robot)" if is_path else None
+        raise InputError("measurements", got=got, expected="rs.Measurements(...)", hint=hint)
     by_joints = isinstance(measured.postures, JointCoordinates) or robot.is_posed_by_joints
     asked = tuple(parameters), tuple(fixed)
     changed, unknowns = with_unknowns(robot, *asked, shared=shared, by_joints=by_joints)
@@ -325,11 +322,9 @@ def _model_of(
         for name in statics.plays:
             signs = statics.factors[:, statics.names.index(name)]
             if not (signs.min() < 0 < signs.max()):
-                raise InputError(
-                    f"loads for {name}",
-                    got=Words("torques of one sign: play and zero are the same"),
-                    expected="readings with torques of both signs at this joint",
-                )
+                got = Words("torques of one sign: play and zero are the same")
+                expected = "readings with torques of both signs at this joint"
+                raise InputError(f"loads for {name}", got=got, expected=expected)
     places = statics.at(p)
     if instrument is not None and markers is not None:
         b, m = instrument[:3], markers

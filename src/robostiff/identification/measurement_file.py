@@ -126,12 +126,9 @@ def read_measurements(
         si, valid, places = points
         table = _Table.read(robot, str(joints), lines_of(joints), hooks, known, readings=si)
         if len(table.lines) != len(valid):
-            raise FileError(
-                Location(str(joints)),
-                "postures",
-                got=Words(f"{len(table.lines)} lines"),
-                expected=f"{len(valid)}, one for each point of {path}",
-            )
+            got = Words(f"{len(table.lines)} lines")
+            expected = f"{len(valid)}, one for each point of {path}"
+            raise FileError(Location(str(joints)), "postures", got=got, expected=expected)
         return table.measurements(np.flatnonzero(valid).tolist(), places, str(path))
     if joints is not None:
         expected = "a tracker export, with X [mm], Y [mm], Z [mm] and U(95) in its first line"
@@ -249,12 +246,9 @@ class _Table:
                 )
             before = first.setdefault(label, row) if label else row
             if not missing and any(column[row] != column[before] for column in si.values()):
-                raise FileError(
-                    self.at(row),
-                    f"posture {label!r}",
-                    got=Words("other coordinates than before"),
-                    expected=f"those of line {self.lines[before]}, or another name",
-                )
+                got = Words("other coordinates than before")
+                expected = f"those of line {self.lines[before]}, or another name"
+                raise FileError(self.at(row), f"posture {label!r}", got=got, expected=expected)
             for column in si.values() if missing else ():
                 column[row] = column[before]
         return postures_of(self.robot, self.names, si, len(self.lines))
@@ -309,13 +303,9 @@ class _Table:
             key = (*words, whole[row].tobytes())
             before = seen.setdefault(key, row)
             if before != row:
-                raise FileError(
-                    self.at(row),
-                    "reading",
-                    got=Words(f"the same as line {self.lines[before]}, to the last digit"),
-                    expected="another one",
-                    hint="remove one of them: it would count twice",
-                )
+                got = Words(f"the same as line {self.lines[before]}, to the last digit")
+                hint = "remove one of them: it would count twice"
+                raise FileError(self.at(row), "reading", got=got, expected="another one", hint=hint)
         labels, references = self.words.get("row", ()), []  # -1 where there is none
         for row in range(count):
             name = self.word("reference", row)
@@ -445,12 +435,9 @@ def with_headings(name: str, lines: Sequence[str], columns: Sequence[str]) -> tu
         fields = re.split(r"[\t;,]|\s+", line.strip()) if line.strip() else []
         is_row = bool(fields) and not line.lstrip().startswith("#")
         if is_row and len(fields) != len(columns):
-            raise FileError(
-                Location(name, k, 1),
-                "reading",
-                got=Words(f"{len(fields)} fields"),
-                expected=f"{len(columns)}, one for each of columns=",
-            )
+            got = Words(f"{len(fields)} fields")
+            expected = f"{len(columns)}, one for each of columns="
+            raise FileError(Location(name, k, 1), "reading", got=got, expected=expected)
         written.append("\t".join(fields[place] for place in named) if is_row else line)
     return tuple(written)
 

@@ -242,11 +242,9 @@ class Measurements:
         place = {int(k): i for i, k in enumerate(rows)}
         for k in rows:
             if self.references[k] >= 0 and self.references[k] not in place:
-                raise InputError(
-                    f"reference of {self.place(int(k))}",
-                    got=Words("left out"),
-                    expected="kept with it",
-                )
+                got = Words("left out")
+                expected = "kept with it"
+                raise InputError(f"reference of {self.place(int(k))}", got=got, expected=expected)
         q, kinds = self.coordinates[rows], [self.kinds[k] for k in rows]
         width = 6 if Reading.POSE in kinds else 3
         arrays = {name: getattr(self, name)[rows] for name in _ARRAYS}

@@ -96,10 +96,9 @@ def _fit(
         x, converged = _search(model, x, report.fixed, bounds, loss, known)
     statics, _ = model.statics.verify(x[: len(model.parameters)])
     at_end = replace(model, statics=statics)
-    if not np.array_equal(
-        _where_known(at_end, x), known
-    ):  # near singular postures it has become another
-        before, known = np.count_nonzero(known), _where_known(at_end, x)
+    known_there = _where_known(at_end, x)
+    if not np.array_equal(known_there, known):  # near singular postures it has become another
+        before, known = np.count_nonzero(known), known_there
         x, converged = _search(at_end, x, report.fixed, bounds, loss, known)
         converged = converged and bool(np.count_nonzero(known) >= _KEPT * before)
     return at_end, Fit(x, start, bounds, loss, report, converged, known)

@@ -87,11 +87,9 @@ class States:
             if robot.is_posed_by_joints:
                 q, by_joints = posture.coordinates[0], True
             for k in np.flatnonzero(~posture.reached):
-                raise InputError(
-                    f"posture of {measured.place(int(k))}",
-                    got=Words("a pose out of reach"),
-                    expected="a pose that the robot reaches",
-                )
+                got = Words("a pose out of reach")
+                expected = "a pose that the robot reaches"
+                raise InputError(f"posture of {measured.place(int(k))}", got=got, expected=expected)
         # axes (N, 3, 3) of the loads in the world, those of platforms as commanded
         turn = np.tile(np.eye(3), (len(measured), 1, 1))
         turn[[axes is LoadAxes.INSTRUMENT for axes in measured.axes]] = to_instrument.T
@@ -114,11 +112,9 @@ class States:
         wrenches[:, :3] += forces
         across = [k for k in range(6) if k not in robot.space.rows]
         for k in np.flatnonzero(np.any(wrenches[:, across], axis=1)):
-            raise InputError(
-                f"load of {measured.place(int(k))}",
-                got=wrenches[k].tolist(),
-                expected=f"{', '.join(robot.space.wrench_order)} alone, of a planar robot",
-            )
+            got = wrenches[k].tolist()
+            expected = f"{', '.join(robot.space.wrench_order)} alone, of a planar robot"
+            raise InputError(f"load of {measured.place(int(k))}", got=got, expected=expected)
         moved = measured.are(*MOTIONS)
         from_ = np.array(measured.references)[moved]
         known = (from_ >= 0)[:, None]

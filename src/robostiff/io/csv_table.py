@@ -109,12 +109,8 @@ def table_of(
     """
     numbered = [k for k, line in enumerate(lines) if line.strip() and line.lstrip()[0] != "#"]
     if len(numbered) < 2:
-        raise FileError(
-            Location(name),
-            f"{what}s",
-            got=Words(f"no {what}"),
-            expected=f"a line of names, then a line a {what}",
-        )
+        expected = f"a line of names, then a line a {what}"
+        raise FileError(Location(name), f"{what}s", got=Words(f"no {what}"), expected=expected)
     header, rows = numbered[0], tuple(numbered[1:])
     unquoted = re.sub('"[^"]*"', "", lines[header])
     separator = next((mark for mark in "\t;," if mark in unquoted), ",")
@@ -127,12 +123,9 @@ def table_of(
     for k in rows:
         fields = _fields(lines[k], separator)
         if len(fields) != len(headings):
-            raise FileError(
-                Location(name, k + first, 1),
-                what,
-                got=Words(f"{len(fields)} fields"),
-                expected=f"{len(headings)}, one for each name in line {header + first}",
-            )
+            got = Words(f"{len(fields)} fields")
+            expected = f"{len(headings)}, one for each name in line {header + first}"
+            raise FileError(Location(name, k + first, 1), what, got=got, expected=expected)
         row = [_number(fields[column.place], comma) for column in columns]
         for column, value in zip(columns, row, strict=True):
             field = fields[column.place]
@@ -200,13 +193,9 @@ def _columns_of(
                 )
             like = difflib.get_close_matches(name.casefold(), absent, 1, _SIMILAR)
             if like and name not in not_here:
-                raise FileError(
-                    at,
-                    "column",
-                    got=name if match else heading.strip(),
-                    expected="a name that is read",
-                    hint=f"did you mean {absent[like[0]]}? if not, give it a name less like that",
-                )
+                got = name if match else heading.strip()
+                hint = f"did you mean {absent[like[0]]}? if not, give it a name less like that"
+                raise FileError(at, "column", got=got, expected="a name that is read", hint=hint)
             passed.append((at, name, place))
             continue
         if name in places or name in [column.name for column in columns]:

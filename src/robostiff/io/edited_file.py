@@ -98,8 +98,6 @@ def write_parameters(
         agree = [np.isclose(again[name].magnitude, quantity.magnitude, rtol=AGREES, atol=0)
                  for name, quantity in expected.items()]  # fmt: skip
         if not all(agree) or {**data, "parameters": parameters} != document.data:
-            raise InputError(
-                f"parameters of {os.fspath(source)!r}",
-                got=", ".join(values),
-                expected="a place of its own for each value",
-            )
+            got = ", ".join(values)
+            expected = "a place of its own for each value"
+            raise InputError(f"parameters of {os.fspath(source)!r}", got=got, expected=expected)

@@ -162,12 +162,9 @@ def read_map(path: str | Path) -> xarray.Dataset:
     elif path.suffix == ".nc":
         dataset = read_map_netcdf(path)
     else:
-        raise InputError(
-            "map",
-            got=path.name or str(path),
-            expected="a store .zarr or a file .nc",
-            hint="robostiff map ROBOT ... -o map.zarr writes one",
-        )
+        got = path.name or str(path)
+        hint = "robostiff map ROBOT ... -o map.zarr writes one"
+        raise InputError("map", got=got, expected="a store .zarr or a file .nc", hint=hint)
     if why := _is_no_map(dataset):
         raise InputError(f"map {str(path)!r}: a dataset {why}, which is no map of robostiff")
     return dataset

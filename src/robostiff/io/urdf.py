@@ -120,12 +120,9 @@ def read_urdf(source: Path | str, content: bytes | None = None) -> RigidTree:
 def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
     name, word = joint.attributes["name"], joint.attributes.get("type")
     if word not in _TYPES:
-        raise joint.error(
-            f"type of joint {name!r}",
-            got=word,
-            expected=f"one of {', '.join(_TYPES)}",
-            hint=did_you_mean(word, _TYPES) if word else None,
-        )
+        expected = f"one of {', '.join(_TYPES)}"
+        hint = did_you_mean(word, _TYPES) if word else None
+        raise joint.error(f"type of joint {name!r}", got=word, expected=expected, hint=hint)
     kind, of = _TYPES[word], f"of joint {name!r}"
     ends = []
     for tag in ("parent", "child"):

@@ -178,12 +178,9 @@ DATA = PictureData()
 def drawn_by(backend: PlotBackend[Drawn], picture: Picture) -> Drawn:
     """The picture, drawn; InputError when `backend` cannot draw."""
     if isinstance(backend, type) or not callable(getattr(backend, "draw", None)):
-        raise InputError(
-            "backend of a plot",
-            got=backend,
-            expected="Matplotlib() or Plotly()",
-            hint="write backend=rs.plot.Matplotlib()",
-        )
+        expected = "Matplotlib() or Plotly()"
+        hint = "write backend=rs.plot.Matplotlib()"
+        raise InputError("backend of a plot", got=backend, expected=expected, hint=hint)
     return backend.draw(picture)
 
 

@@ -139,11 +139,8 @@ def comparison(
         one = single_stiffness(first, "a comparison")
         other = single_stiffness(second, "a comparison")
     if one.space is not other.space:
-        raise InputError(
-            "comparison of two designs",
-            got=Words(f"matrices of {one.space.size} and {other.space.size} rows"),
-            expected="two of one size",
-        )
+        got = Words(f"matrices of {one.space.size} and {other.space.size} rows")
+        raise InputError("comparison of two designs", got=got, expected="two of one size")
     called = names or (one.name, other.name)
     if names is None and called[0] == called[1]:
         called = f"{called[0]}, first", f"{called[1]}, second"
@@ -218,11 +215,8 @@ def load_curve(
     if not hasattr(curve, "data_vars") or "path_factor" not in curve:
         names = getattr(curve, "data_vars", None)
         of = f"a dataset of {', '.join(map(str, names or ())) or 'nothing'}"
-        raise InputError(
-            "force-deflection curve",
-            got=curve if names is None else of,
-            expected="what rs.load_path returns",
-        )
+        got = curve if names is None else of
+        raise InputError("force-deflection curve", got=got, expected="what rs.load_path returns")
     names = [str(name) for name in curve["twist"].to_numpy()]
     moved, path = curve["displacement"].to_numpy(), curve["path_displacement"].to_numpy()
     if twist is not None and twist not in names:

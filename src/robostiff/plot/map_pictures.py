@@ -165,11 +165,9 @@ def map_overview(
         if name in found.coords and found.sizes[name] > 1 and name not in chosen
     ]
     if not axes:
-        raise InputError(
-            "map of a plot",
-            got=Words("a single pose, or all coordinates cut"),
-            expected="poses over a coordinate or two, or a list of poses",
-        )
+        got = Words("a single pose, or all coordinates cut")
+        expected = "poses over a coordinate or two, or a list of poses"
+        raise InputError("map of a plot", got=got, expected=expected)
     for name in axes[2:]:
         values = found[name].values
         chosen[name] = float(values[len(values) // 2])
@@ -252,12 +250,9 @@ def map_bands(
     p = np.asarray(percents, dtype=float)
     ordered = p.ndim == 1 and len(p) % 2 == 1 and np.all(np.diff(p) > 0)
     if not ordered or np.any(p < 0) or np.any(p > 100) or not np.allclose(p + p[::-1], 100):
-        raise InputError(
-            "percents of bands",
-            got=list(percents),
-            expected="ascending numbers, symmetric about 50, which is among them",
-            hint="write percents=(5, 25, 50, 75, 95)",
-        )
+        expected = "ascending numbers, symmetric about 50, which is among them"
+        hint = "write percents=(5, 25, 50, 75, 95)"
+        raise InputError("percents of bands", got=list(percents), expected=expected, hint=hint)
     part = select(found, variable, (along,), at or {}, full_rank, others=True)
     count = len(part.axes[0].values)
     rows = part.values.reshape(count, -1)

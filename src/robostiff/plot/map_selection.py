@@ -104,12 +104,9 @@ def select(
     pose_dims = [str(dim) for dim in dataset["status"].dims]
     for name in along:
         if name not in pose_dims:
-            raise InputError(
-                "coordinate of a plot",
-                got=name,
-                expected=" or ".join(pose_dims),
-                hint="map over a grid: rs.Grid(x=rs.Axis(-0.1, 0.1, 21), ...)",
-            )
+            expected = " or ".join(pose_dims)
+            hint = "map over a grid: rs.Grid(x=rs.Axis(-0.1, 0.1, 21), ...)"
+            raise InputError("coordinate of a plot", got=name, expected=expected, hint=hint)
     if len(set(along)) < len(along):
         raise InputError("coordinates of a plot", got=along, expected="each name once")
     chosen, words = _selection(dataset, array, along, at)
@@ -138,11 +135,9 @@ def select(
         parts, values = classes(cut, variable), np.full(values.shape, np.nan)
     else:
         if full_rank is None and "wrench_order" not in dataset.attrs:
-            raise InputError(
-                "rank of a regular pose",
-                got=Words("a map that does not say whether its robot is planar"),
-                expected="full_rank=3 for a planar robot, full_rank=6 for others",
-            )
+            got = Words("a map that does not say whether its robot is planar")
+            expected = "full_rank=3 for a planar robot, full_rank=6 for others"
+            raise InputError("rank of a regular pose", got=got, expected=expected)
         full = len(str(dataset.attrs.get("wrench_order", "")).split())
         parts = regions(cut, values, full if full_rank is None else full_rank)
     hidden = [part.where for part in parts if not part.is_over]

@@ -119,11 +119,9 @@ def robot(
     of = getattr(deflection, "before" if is_cables else "stiffness", None)
     if deflection is not None and (of is None or of.name != robot.name):
         call = "rs.cable_response" if is_cables else "rs.deflection"
-        raise InputError(
-            f"deflection in a plot of {robot.name!r}",
-            got=deflection,
-            expected=f"a result of {call} of this robot",
-        )
+        subject = f"deflection in a plot of {robot.name!r}"
+        expected = f"a result of {call} of this robot"
+        raise InputError(subject, got=deflection, expected=expected)
     words = joints_in_words(robot, cast("Any", pose)) if isinstance(robot, Linkage) else ()
     return drawn_by(backend, picture_of_posed(posed, deflection, colouring, exaggeration, words))
 
@@ -185,12 +183,9 @@ def motion_of(posed: Snapshot | Network, bent: Deflection) -> Motions:
     """Motions of the bodies; InputError where they are not those of this pose and a wrench."""
     subject = f"deflection in a plot of {posed.name!r}"
     if bent.work_of_loads is not None:
-        raise InputError(
-            subject,
-            got=Words("one with forces or weights at bodies"),
-            expected="one under a wrench on the platform",
-            hint="the shape is drawn of rs.deflection(robot, pose, wrench) without loads, gravity",
-        )
+        got = Words("one with forces or weights at bodies")
+        hint = "the shape is drawn of rs.deflection(robot, pose, wrench) without loads, gravity"
+        raise InputError(subject, got=got, expected="one under a wrench on the platform", hint=hint)
     outline, of_bent = (outline_of(machine) for machine in (posed, bent.stiffness.placed()))
     points, others = (np.array([at.point for at in x.anchors]) for x in (outline, of_bent))
     if points.shape != others.shape or np.abs(points - others).max() > _MISSED * outline.size:

@@ -337,19 +337,13 @@ def machine_at(machine: Machine, pose: Any = None, near: Near = None) -> Posed:
     if isinstance(machine, CableStiffness):
         return machine
     if not isinstance(machine, Machine):
-        raise InputError(
-            "robot of a plot",
-            got=machine,
-            expected="a Robot, Snapshot, Network, Linkage or CableRobot",
-            hint='write rs.load("hexapod")',
-        )
+        expected = "a Robot, Snapshot, Network, Linkage or CableRobot"
+        hint = 'write rs.load("hexapod")'
+        raise InputError("robot of a plot", got=machine, expected=expected, hint=hint)
     result: Any = stiffness(cast("Robot", machine), pose, near=near)
     if result.batch_shape:
-        raise InputError(
-            "pose of a plot",
-            got=Words(f"poses of shape {result.batch_shape}"),
-            expected="a single pose",
-        )
+        got = Words(f"poses of shape {result.batch_shape}")
+        raise InputError("pose of a plot", got=got, expected="a single pose")
     if isinstance(result, CableStiffness):
         return result
     if Status.UNREACHABLE in result.status:
@@ -378,10 +372,7 @@ def single_stiffness(result: object, what: str) -> AnyStiffness:
             f"stiffness for {what}", got=result, expected="a result of rs.stiffness(robot, pose)"
         )
     if result.batch_shape:
-        raise InputError(
-            f"stiffness for {what}",
-            got=Words(f"poses of shape {result.batch_shape}"),
-            expected="a single pose",
-            hint="write result[0]",
-        )
+        got = Words(f"poses of shape {result.batch_shape}")
+        hint = "write result[0]"
+        raise InputError(f"stiffness for {what}", got=got, expected="a single pose", hint=hint)
     return result

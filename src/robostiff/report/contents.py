@@ -261,30 +261,20 @@ def report_contents(
     if found is not None and (of := found.attrs.get("robot")) != robot.name:
         if of is not None:
             raise InputError("robot of the map", got=str(of), expected=repr(robot.name))
-        raise InputError(
-            "map of a report",
-            got=Words("a dataset without the name of a robot"),
-            expected="a dataset from rs.stiffness_map or robostiff map",
-        )
+        got = Words("a dataset without the name of a robot")
+        expected = "a dataset from rs.stiffness_map or robostiff map"
+        raise InputError("map of a report", got=got, expected=expected)
     if finite and (wrench is None or not np.any(np.asarray(wrench, dtype=float))):
-        raise InputError(
-            "finite loads of a report", got=Words("no wrench"), expected="a wrench other than zero"
-        )
+        expected = "a wrench other than zero"
+        raise InputError("finite loads of a report", got=Words("no wrench"), expected=expected)
     base |= {"robot": robot, "found": found}
     if isinstance(robot, CableRobot):
-        for name, value in (
-            ("near", near),
-            ("finite", finite or None),
-            ("other", other),
-            ("at", at if wrench is not None else None),
-        ):
+        others = {"near": near, "finite": finite or None, "other": other}
+        for name, value in {**others, "at": None if wrench is None else at}.items():
             if value is not None:
-                raise InputError(
-                    f"{name} in a report on cable robot {robot.name!r}",
-                    got=getattr(value, "name", value),
-                    expected="none",
-                    hint=_INSTEAD.get(name),
-                )
+                subject = f"{name} in a report on cable robot {robot.name!r}"
+                got = getattr(value, "name", value)
+                raise InputError(subject, got=got, expected="none", hint=_INSTEAD.get(name))
         cables = cable_stiffness(robot, place)
         require_one_pose("a report", cables.batch_shape, "write one pose")
         response = None if wrench is None else cable_response(robot, place, wrench)
@@ -336,11 +326,9 @@ def _other_design(
     """Another design at the same pose, and under the same load."""
     has_legs = isinstance(other, Subject) and not hasattr(other, "cables")
     if not has_legs or other.space is not result.space:
-        raise InputError(
-            "design that is compared",
-            got=getattr(other, "name", other),
-            expected=f"a robot or a snapshot with {result.space.size} freedoms",
-        )
+        got = getattr(other, "name", other)
+        expected = f"a robot or a snapshot with {result.space.size} freedoms"
+        raise InputError("design that is compared", got=got, expected=expected)
     numeric, place = other.numeric, None if other.is_frozen else pose
     answer = stiffness(numeric, place, at=at)
     bent = None if wrench is None else deflection(numeric, place, wrench, at=at)

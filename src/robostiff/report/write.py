@@ -440,10 +440,7 @@ def report_path(path: str | Path) -> Path:
     if path.is_dir():
         raise InputError("file of a report", got=Words(f"the directory {path}"), expected="a file")
     if not path.parent.is_dir():
-        raise InputError(
-            "directory of a report",
-            got=str(path.parent),
-            expected="one that is there",
-            hint=f"create it with mkdir -p {path.parent}",
-        )
+        got = str(path.parent)
+        hint = f"create it with mkdir -p {path.parent}"
+        raise InputError("directory of a report", got=got, expected="one that is there", hint=hint)
     return path

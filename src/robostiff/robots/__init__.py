@@ -148,11 +148,8 @@ def load(
     if not shipped and descriptions.is_description(name):
         return _of_description(name, name, parameters, symbols, side)
     if side is not None:
-        raise InputError(
-            f"side file of {name!r}",
-            got=str(side),
-            expected="none: only robot descriptions (URDF, xacro, MJCF) have one",
-        )
+        expected = "none: only robot descriptions (URDF, xacro, MJCF) have one"
+        raise InputError(f"side file of {name!r}", got=str(side), expected=expected)
     document = read_document(robot_file(name) if shipped else name_or_path)
     if descriptions.names_description(document):
         return _of_description(name, document, parameters, symbols, allow_xacro=allow_xacro)
@@ -218,9 +215,6 @@ def robot_of_legs(loaded: Any, name: str) -> Robot:
 
     if isinstance(loaded, model.Robot):
         return loaded
-    raise InputError(
-        "robot of a formula",
-        got=name,
-        expected="a robot of legs: a model file, or the description of an arm",
-        hint="snapshots, networks, linkages and cable robots have numbers alone",
-    )
+    expected = "a robot of legs: a model file, or the description of an arm"
+    hint = "snapshots, networks, linkages and cable robots have numbers alone"
+    raise InputError("robot of a formula", got=name, expected=expected, hint=hint)

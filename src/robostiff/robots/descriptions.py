@@ -150,12 +150,9 @@ def load_linkage(
         raise InputError("linkage", got=path, expected=expected)
     document = read_document(path)
     if not names_description(document):
-        raise FileError(
-            document.location(),
-            "linkage",
-            got=Words("a file that is no robot description"),
-            expected="URDF, xacro or MJCF, or a side file with robot: FILE",
-        )
+        got = Words("a file that is no robot description")
+        expected = "URDF, xacro or MJCF, or a side file with robot: FILE"
+        raise FileError(document.location(), "linkage", got=got, expected=expected)
     tree, side_file = description_of(document, allow_xacro=allow_xacro)
     return linkage_of_tree(tree, side_file, parameters, symbols)
 
@@ -206,12 +203,9 @@ def refuse_symbols(name: str, symbols: Symbols, expected: str) -> None:
     from robostiff.io.model_file.symbols import ParameterChoice
 
     if symbols and not isinstance(symbols, ParameterChoice):
-        raise InputError(
-            f"symbols of {name!r}",
-            got=list(symbols) if isinstance(symbols, list | tuple) else symbols,
-            expected=f"none: {expected}",
-            hint="write symbols=(), --symbols none on the command line",
-        )
+        got = list(symbols) if isinstance(symbols, list | tuple) else symbols
+        hint = "write symbols=(), --symbols none on the command line"
+        raise InputError(f"symbols of {name!r}", got=got, expected=f"none: {expected}", hint=hint)
 
 
 def reader_of(value: Any) -> Reader | None:

@@ -66,12 +66,9 @@ def answer_of(
     except subprocess.TimeoutExpired:
         raise _over_time(location, subject, reader, limits) from None
     except OSError as error:
-        raise FileError(
-            location,
-            subject,
-            got=Words(f"no process in which {reader} could read it ({error.strerror})"),
-            expected="a Python that can start another one",
-        ) from None
+        got = Words(f"no process in which {reader} could read it ({error.strerror})")
+        expected = "a Python that can start another one"
+        raise FileError(location, subject, got=got, expected=expected) from None
     if done.returncode == -getattr(signal, "SIGXCPU", 0):
         raise _over_time(location, subject, reader, limits)
     try:
@@ -79,12 +76,9 @@ def answer_of(
     except ValueError:
         complaint = done.stderr.decode(errors="replace").strip().splitlines()
         last = complaint[-1] if complaint else f"exit status {done.returncode}"
-        raise FileError(
-            location,
-            subject,
-            got=Words(f"a file at which {reader} fails: {last}"),
-            expected=f"one that {reader} can read",
-        ) from None
+        got = Words(f"a file at which {reader} fails: {last}")
+        expected = f"one that {reader} can read"
+        raise FileError(location, subject, got=got, expected=expected) from None
     if "refusal" in answer:
         if "file" in answer:  # not the first file, but one that it includes
             location = Location(str(answer["file"]), answer.get("line"))
@@ -94,9 +88,6 @@ def answer_of(
 
 
 def _over_time(location: Location, subject: str, reader: str, limits: ProcessLimits) -> FileError:
-    return FileError(
-        location,
-        subject,
-        got=Words(f"a file for which {reader} takes more than {limits.seconds} s"),
-        expected="a description of bodies and joints, which takes less than one",
-    )
+    got = Words(f"a file for which {reader} takes more than {limits.seconds} s")
+    expected = "a description of bodies and joints, which takes less than one"
+    return FileError(location, subject, got=got, expected=expected)

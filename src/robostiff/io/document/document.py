@@ -158,12 +158,8 @@ class Builder:
         if key in top.data:
             first = self.marks[*top.path, key][2]
             top.key = (key, line, column)
-            raise FileError(
-                self.place(line, column),
-                "duplicate key",
-                got=key,
-                expected=f"each key once; line {first} has it already",
-            )
+            expected = f"each key once; line {first} has it already"
+            raise FileError(self.place(line, column), "duplicate key", got=key, expected=expected)
         if len(top.data) >= self.limits.keys:
             raise self.limits.exceeded("keys", self.place(line, column))
         top.key = (key, line, column)
@@ -257,13 +253,8 @@ class DocumentPlace:
         """An error about a name that is none of those known; the hint where none is like it."""
         names = list(known)
         hint = did_you_mean(name, names) or hint
-        return self.error(
-            subject,
-            got=name,
-            expected=f"{what} {listing(names, most)}".rstrip(),
-            hint=hint,
-            key=key,
-        )
+        expected = f"{what} {listing(names, most)}".rstrip()
+        return self.error(subject, got=name, expected=expected, hint=hint, key=key)
 
     @contextmanager
     def complaints(self, hint: str | None = None) -> Iterator[None]:

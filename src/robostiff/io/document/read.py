@@ -49,11 +49,9 @@ def syntax_error(error: Any, text: str, file: str) -> FileError:
     position = getattr(error, "position", None)
     if isinstance(position, int):  # a control character
         line, column = line_and_column(text, position)
+        got = text[position : position + 1]
         return FileError(
-            Location(file, line, column),
-            "control character",
-            got=text[position : position + 1],
-            expected="printable text",
+            Location(file, line, column), "control character", got=got, expected="printable text"
         )
     context, problem = (str(getattr(error, name, None) or "") for name in ("context", "problem"))
     complaint, hint, at_start = f"{context} {problem}".strip() or "not YAML", None, False
@@ -120,13 +118,9 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
         ("too many values in YAML", marks, "lines and commas", limits.yaml_marks),
     ):
         if count > most:
-            raise FileError(
-                Location(file),
-                subject,
-                got=Words(f"{count} {words}"),
-                expected=f"at most {most}",
-                hint="write a file of that size as JSON",
-            )
+            got = Words(f"{count} {words}")
+            hint = "write a file of that size as JSON"
+            raise FileError(Location(file), subject, got=got, expected=f"at most {most}", hint=hint)
     opened = 0  # also in quotes and comments, where nobody writes so many
     for match in _BRACKET.finditer(text):
         opened += 1 if match[0] in "[{" else -1
@@ -253,13 +247,9 @@ def _take_node(event: Any, builder: Builder, line: int, column: int) -> None:
         builder.value(value, line, column)
         return
     if kind != "ScalarEvent" or not isinstance(value, str):
-        raise FileError(
-            builder.place(line, column),
-            "key",
-            got=Words("a list or mapping" if kind != "ScalarEvent" else written or "nothing"),
-            expected="a text",
-            hint=f'write "{written}":' if written else None,
-        )
+        got = Words("a list or mapping" if kind != "ScalarEvent" else written or "nothing")
+        hint = f'write "{written}":' if written else None
+        raise FileError(builder.place(line, column), "key", got=got, expected="a text", hint=hint)
     builder.key(value, line, column)
 
 
@@ -391,12 +381,9 @@ def _parse_bytes(content: bytes, file: str, limits: Limits) -> Document:
     if len(content) > limits.size:
         raise too_large(Location(file), len(content), limits.size)
     if (position := content.find(b"\0")) >= 0:
-        raise FileError(
-            Location(file),
-            "binary file",
-            got=Words(f"a NUL byte at offset {position}"),
-            expected="a YAML or JSON text in UTF-8",
-        )
+        got = Words(f"a NUL byte at offset {position}")
+        expected = "a YAML or JSON text in UTF-8"
+        raise FileError(Location(file), "binary file", got=got, expected=expected)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -68,12 +68,9 @@ def error_at(
 def tokens(text: str) -> Iterator[Token]:
     """The tokens of the text, one after the other, closed by one of kind ``end``."""
     if len(text) > LONGEST_TEXT:
-        raise InputError(
-            "expression",
-            got=Words(f"{len(text)} characters"),
-            expected=f"at most {LONGEST_TEXT}",
-            hint="split it over several parameters",
-        )
+        got = Words(f"{len(text)} characters")
+        hint = "split it over several parameters"
+        raise InputError("expression", got=got, expected=f"at most {LONGEST_TEXT}", hint=hint)
     start, previous, leading_slash = after_space(text, 0), "", True
     while start < len(text):
         if match := NUMBER.match(text, start):

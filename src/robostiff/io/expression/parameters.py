@@ -61,11 +61,8 @@ def parameter_values(
     1.0
     """
     if len(definitions) > _MOST:
-        raise ParameterError(
-            str(list(definitions)[_MOST]),
-            got=Words(f"{len(definitions)} parameters"),
-            expected=f"at most {_MOST}",
-        )
+        got = Words(f"{len(definitions)} parameters")
+        raise ParameterError(str(list(definitions)[_MOST]), got=got, expected=f"at most {_MOST}")
     for name in definitions:
         if not isinstance(name, str) or not _NAME.fullmatch(name):
             expected = "letters a-z, digits and underscores, with a letter first"
@@ -76,23 +73,17 @@ def parameter_values(
             "a constant": name in CONSTANTS,
         }
         for kind in (word for word, is_taken in kinds.items() if is_taken):
-            raise ParameterError(
-                name,
-                got=Words(f"the name of {kind}"),
-                expected="another name",
-                hint=f"write for instance {name}_0",
-            )
+            got = Words(f"the name of {kind}")
+            hint = f"write for instance {name}_0"
+            raise ParameterError(name, got=got, expected="another name", hint=hint)
     values = _evaluate_all(definitions, mathematics)
     if not overrides:
         return values
     for name in overrides:
         if name not in definitions:
-            raise ParameterError(
-                str(name),
-                got=Words("a value for a parameter that is not defined"),
-                expected=known_names(definitions),
-                hint=did_you_mean(str(name), definitions),
-            )
+            got = Words("a value for a parameter that is not defined")
+            hint = did_you_mean(str(name), definitions)
+            raise ParameterError(str(name), got=got, expected=known_names(definitions), hint=hint)
     return _evaluate_all({**definitions, **overrides}, mathematics, overrides, values)
 
 
@@ -113,12 +104,9 @@ def _evaluate_all(
         uses[name] = expression.names if isinstance(expression, Expression) else ()
         for used in uses[name]:
             if used not in expressions:
-                raise ParameterError(
-                    name,
-                    got=used,
-                    expected=f"a number, or {known_names(expressions)}",
-                    hint=did_you_mean(used, expressions),
-                )
+                expected = f"a number, or {known_names(expressions)}"
+                hint = did_you_mean(used, expressions)
+                raise ParameterError(name, got=used, expected=expected, hint=hint)
     try:
         in_order = tuple(graphlib.TopologicalSorter(uses).static_order())
     except graphlib.CycleError as error:

@@ -106,12 +106,8 @@ def at_home(
         place = top / "laws" / pattern
         names = [name for name in joints if fnmatchcase(name, pattern)]
         if not names:
-            raise place.error(
-                "joint of a law",
-                got=pattern,
-                expected="leg/joint, such as " + ", ".join(map(repr, list(joints)[:3])),
-                key=True,
-            )
+            expected = "leg/joint, such as " + ", ".join(map(repr, list(joints)[:3]))
+            raise place.error("joint of a law", got=pattern, expected=expected, key=True)
         for name in names:
             force_law = build_law(place, law, joints[name])
             with place.complaints():

@@ -79,20 +79,16 @@ class WrittenRepeat(WrittenMapping):
         for i, copy in enumerate(self.repeat):
             name, first = copy.get("name"), self.repeat[0]
             if not isinstance(name, str) or not name.strip():
-                raise (here / i).error(
-                    f"copy of the {kind}",
-                    got=Words("no name" if name is None else repr(name)),
-                    expected=f"a name, such as {{name: {kind}1, phi: 0 deg}}",
-                )
+                got = Words("no name" if name is None else repr(name))
+                expected = f"a name, such as {{name: {kind}1, phi: 0 deg}}"
+                raise (here / i).error(f"copy of the {kind}", got=got, expected=expected)
             if copy.keys() != first.keys():
                 keys = ([key for key in entries if key != "name"] for entries in (copy, first))
                 came, wanted = (", ".join(names) or "none" for names in keys)
                 missing = sorted(first.keys() - copy.keys()) or sorted(copy.keys() - first.keys())
+                hint = f"{missing[0]} must have a value in every copy"
                 raise (here / i).error(
-                    f"variables of the copy {name!r}",
-                    got=Words(came),
-                    expected=wanted,
-                    hint=f"{missing[0]} must have a value in every copy",
+                    f"variables of the copy {name!r}", got=Words(came), expected=wanted, hint=hint
                 )
             values = {key: value for key, value in copy.items() if key != "name"}
             yield name, here / i, _with_variables(place, name, (here / i, values), let)
@@ -150,12 +146,8 @@ def _with_variables(place: Place, leg: str, *variables: tuple[Place, WrittenCopy
             where = here if here.path[-1] == "variable" else here / name
             if name in place.names or name in values:
                 kind = "parameter" if name in place.names else "variable"
-                raise where.error(
-                    "variable",
-                    got=name,
-                    expected=f"a name of its own; a {kind} has it already",
-                    key=True,
-                )
+                expected = f"a name of its own; a {kind} has it already"
+                raise where.error("variable", got=name, expected=expected, key=True)
             places[name], values[name] = where, value
     known: dict[str, Any] = {**place.names, **values}
     try:
@@ -232,11 +224,8 @@ class WrittenSum(WrittenMapping):
         slides = {name: _slides(here / name, name, joints) for name in self.sum}
         of_lengths = next(iter(slides.values()))
         if not of_lengths and any(slides.values()):
-            raise here.error(
-                "sum of joint coordinates",
-                got=list(self.sum),
-                expected="a slide as the first, so that the sum is a length",
-            )
+            expected = "a slide as the first, so that the sum is a length"
+            raise here.error("sum of joint coordinates", got=list(self.sum), expected=expected)
         terms = []
         for name, factor in self.sum.items():
             dimension = _SLIDE if of_lengths and not slides[name] else Dimension.NUMBER
@@ -429,11 +418,9 @@ class WrittenLegBody(WrittenCoupled):
         attachment = self.platform.build(place / "platform")
         node = self.platform.node
         if node is not None and self.platform.at is not None:
+            expected = "one of the two: the leg ends at its node"
             raise (place / "platform" / "at").error(
-                "place of the leg's end",
-                got=Words("at beside node"),
-                expected="one of the two: the leg ends at its node",
-                key=True,
+                "place of the leg's end", got=Words("at beside node"), expected=expected, key=True
             )
         with (place / "chain").complaints():
             return Leg(name, base, chain, attachment, Elbow(self.elbow), node)

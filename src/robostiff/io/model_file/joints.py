@@ -140,11 +140,9 @@ class WrittenDrive(WrittenMapping):
                     key=True,
                 )
         if self.stiffness is not None and self.role == "passive":
+            hint = "write role: actuated or role: locked for a joint with a stiffness"
             raise (place / "stiffness").error(
-                "stiffness of a passive joint",
-                expected="no stiffness",
-                hint="write role: actuated or role: locked for a joint with a stiffness",
-                key=True,
+                "stiffness of a passive joint", expected="no stiffness", hint=hint, key=True
             )
         for key in ("limits", "inertia"):
             if getattr(self, key) is not None and self.role != "actuated":

@@ -71,11 +71,8 @@ class WrittenMaterial(WrittenMapping):
         """The material."""
         numbers = self.numbers(place, positive=True)
         if (self.G is None) == (self.poisson_ratio is None):
-            raise place.error(
-                "material",
-                got=Words("both G and poisson_ratio" if self.G is not None else "E alone"),
-                expected="E with either G or poisson_ratio",
-            )
+            got = Words("both G and poisson_ratio" if self.G is not None else "E alone")
+            raise place.error("material", got=got, expected="E with either G or poisson_ratio")
         if self.poisson_ratio is None:
             return Material(name, **numbers, source=self.source)
         here, E = place / "poisson_ratio", numbers["E"]
@@ -150,11 +147,9 @@ class WrittenSection(WrittenMapping):
         """The cross-section of a beam of a material."""
         kinds = [kind for kind in (*_SHAPES, "properties") if getattr(self, kind) is not None]
         if len(kinds) != 1:
-            raise place.error(
-                "section",
-                got=Words(" and ".join(kinds) if kinds else "no shape"),
-                expected=f"one of {', '.join(_SHAPES)}, properties",
-            )
+            got = Words(" and ".join(kinds) if kinds else "no shape")
+            expected = f"one of {', '.join(_SHAPES)}, properties"
+            raise place.error("section", got=got, expected=expected)
         (kind,) = kinds
         here = place / kind
         numbers = getattr(self, kind).numbers(here, positive=True)
@@ -242,12 +237,9 @@ def _check_y_axis(
     with (place / "y_axis").complaints():
         beam_axes(along, y_axis)
     if y_axis is None and not all(map(section_is_isotropic, sections)):
-        raise place.error(
-            "beam",
-            got=Words("no y_axis"),
-            expected="the direction of the section's y axis, because Iy and Iz differ",
-            hint="write y_axis: z or y_axis: [0, 0, 1] or the like",
-        )
+        expected = "the direction of the section's y axis, because Iy and Iz differ"
+        hint = "write y_axis: z or y_axis: [0, 0, 1] or the like"
+        raise place.error("beam", got=Words("no y_axis"), expected=expected, hint=hint)
 
 
 def _matrix6(place: Place, rows: list, blocks: tuple[Dimension, ...]) -> np.ndarray:
@@ -263,11 +255,8 @@ def _matrix6(place: Place, rows: list, blocks: tuple[Dimension, ...]) -> np.ndar
         for at, j, value in entries:
             matrix[i, j] = at.any_number("entry of the matrix", value, blocks[i // 3 + j // 3])
     if len({isinstance(row, list) for row in rows}) > 1:
-        raise place.error(
-            "matrix",
-            got=Words("lists beside single values"),
-            expected="six lists of six values, or the six values of the diagonal",
-        )
+        expected = "six lists of six values, or the six values of the diagonal"
+        raise place.error("matrix", got=Words("lists beside single values"), expected=expected)
     return matrix
 
 
@@ -312,21 +301,15 @@ class WrittenBeam(WrittenMass):
         """The beam, perhaps of several segments."""
         to = (place / "to").point(self.to)
         if not np.any(to) or (to.dtype != object and np.linalg.norm(to) < _SHORTEST):
-            raise (place / "to").error(
-                "end of the beam",
-                got=self.to,
-                expected=f"a point away from the beam's start, by {_SHORTEST:g} m or more",
-            )
+            expected = f"a point away from the beam's start, by {_SHORTEST:g} m or more"
+            raise (place / "to").error("end of the beam", got=self.to, expected=expected)
         theory = THEORIES[self.theory]
         y_axis = None if self.y_axis is None else (place / "y_axis").direction(self.y_axis)
         masses = self.masses(place)
         material = build_material(place / "material", self.material)
         if (self.section is None) == (self.taper is None):
-            raise place.error(
-                "beam",
-                got=Words("neither section nor taper" if self.taper is None else "both"),
-                expected="either a section or a taper",
-            )
+            got = Words("neither section nor taper" if self.taper is None else "both")
+            raise place.error("beam", got=got, expected="either a section or a taper")
         if self.section is not None:
             section = build_section(place / "section", self.section, material, theory)
             _check_y_axis(place, y_axis, to, [section])
@@ -344,11 +327,8 @@ class WrittenBeam(WrittenMass):
             segments.append(BeamSegment(share * length, material, section))
             total += share
         if is_above(total - 1, 1e-9) or is_above(1 - total, 1e-9):
-            raise (place / "taper").error(
-                "shares of the segments",
-                got=Words(f"{float(total):.9g} in all"),
-                expected="1 in all",
-            )
+            got = Words(f"{float(total):.9g} in all")
+            raise (place / "taper").error("shares of the segments", got=got, expected="1 in all")
         _check_y_axis(place, y_axis, to, [segment.section for segment in segments])
         with place.complaints():
             compliance = tapered_compliance(segments, theory)
@@ -375,11 +355,9 @@ class WrittenMatrices(WrittenRotation):
     def elasticity(self, place: Place) -> Elasticity:
         """The stiffness or compliance."""
         if (self.stiffness is None) == (self.compliance is None):
-            raise place.error(
-                "elastic element",
-                got=Words("neither" if self.stiffness is None else "both"),
-                expected="either stiffness: or compliance:, 6 x 6",
-            )
+            got = Words("neither" if self.stiffness is None else "both")
+            expected = "either stiffness: or compliance:, 6 x 6"
+            raise place.error("elastic element", got=got, expected=expected)
         if self.stiffness is not None:
             here, convert = place / "stiffness", elasticity_from_stiffness
             matrix = _matrix6(here, self.stiffness, _STIFFNESS_BLOCKS)

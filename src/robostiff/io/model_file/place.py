@@ -293,12 +293,9 @@ class WrittenTurn(WrittenMapping):
         """Columns (3, 3): the turned axes."""
         about = [axis for axis in AXES if getattr(self, axis) is not None]
         if len(about) != 1:
-            raise place.error(
-                "turn",
-                got=Words(" and ".join(about) if about else "no axis"),
-                expected="one axis, such as {z: 30 deg}",
-                hint="write each turn as an entry of its own" if about else None,
-            )
+            got = Words(" and ".join(about) if about else "no axis")
+            hint = "write each turn as an entry of its own" if about else None
+            raise place.error("turn", got=got, expected="one axis, such as {z: 30 deg}", hint=hint)
         angle = self.numbers(place)[about[0]]
         axis = np.array(AXES[about[0]], dtype=int if is_formula(angle) else float)
         return turned_axes(angle * axis, exact=place.is_exact)
@@ -319,21 +316,16 @@ class WrittenAxes(WrittenMapping):
             if getattr(self, axis) is not None
         }
         if len(directions) != 2:
-            raise place.error(
-                "axes of the frame",
-                got=Words(f"{' and '.join(directions) or 'none'} of the three"),
-                expected="two of x, y, z; the third follows",
-            )
+            got = Words(f"{' and '.join(directions) or 'none'} of the three")
+            expected = "two of x, y, z; the third follows"
+            raise place.error("axes of the frame", got=got, expected=expected)
         first, second = directions.values()
         cosine = first @ second
         # Formulas have been checked at their nominal values.
         if not is_formula(cosine) and abs(cosine) > 1e-6:
             between = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
-            raise place.error(
-                "axes of the frame",
-                got=Words(f"{between:.6g} deg between them"),
-                expected="two perpendicular directions",
-            )
+            got = Words(f"{between:.6g} deg between them")
+            raise place.error("axes of the frame", got=got, expected="two perpendicular directions")
         (missing,) = (i for i, axis in enumerate("xyz") if axis not in directions)
         before, after = ("xyz"[(missing + k) % 3] for k in (1, 2))
         u, v = exact_arrays(directions[before], directions[after])
@@ -354,12 +346,9 @@ class WrittenRotation(WrittenMapping):
         """Its columns (3, 3), the turned axes; None where no rotation is written."""
         ways = [way for way in _WAYS if getattr(self, way) is not None]
         if len(ways) > 1:
-            raise (place / ways[1]).error(
-                "second rotation",
-                got=Words(f"{ways[1]} beside {ways[0]}"),
-                expected=f"one of {', '.join(_WAYS)}",
-                key=True,
-            )
+            got = Words(f"{ways[1]} beside {ways[0]}")
+            expected = f"one of {', '.join(_WAYS)}"
+            raise (place / ways[1]).error("second rotation", got=got, expected=expected, key=True)
         kind = exact_array if place.is_exact else np.asarray
         if self.turn is not None:
             total = kind(np.eye(3))
@@ -411,12 +400,10 @@ class WrittenMass(WrittenMapping):
     def masses(self, place: Place, name: str = "mass") -> tuple[Mass, ...]:
         """The mass of the part, as far as it is written."""
         if self.mass is None and self.centre is not None:
+            got = Words("no mass beside it")
+            hint = "a beam has its mass from the density of its material, in its middle"
             raise (place / "centre").error(
-                "centre of mass",
-                got=Words("no mass beside it"),
-                expected="mass: beside centre:",
-                hint="a beam has its mass from the density of its material, in its middle",
-                key=True,
+                "centre of mass", got=got, expected="mass: beside centre:", hint=hint, key=True
             )
         value = read_mass(place / "mass", self.mass)
         if value is None:

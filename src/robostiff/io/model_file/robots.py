@@ -228,11 +228,9 @@ class WrittenModule(WrittenCoupled):
         """The robot or chain of the module."""
         written = [key for key in ("robot", "chain", "legs") if getattr(self, key) is not None]
         if len(written) != 1:
-            raise place.error(
-                f"module {self.name!r}",
-                got=Words(" and ".join(written) or "none of them"),
-                expected="one of robot, chain and legs",
-            )
+            got = Words(" and ".join(written) or "none of them")
+            expected = "one of robot, chain and legs"
+            raise place.error(f"module {self.name!r}", got=got, expected=expected)
         for key, of in (
             *(("parameters", "robot"), ("home", "legs"), ("platform_masses", "legs")),
             ("couplings", "chain"),

@@ -262,11 +262,9 @@ def _linkage(described: DescribedTree) -> Linkage:
         places = welded_places(linkage)
     (whole, platform_place), (other, tool_place) = places[platform], places[tool_body]
     if whole != other:
-        raise (top / "tool").error(
-            f"tool on the link {tool.link!r}",
-            got=Words("a link that moves against the platform"),
-            expected=f"one that is fixed to {written.platform!r}",
-        )
+        got = Words("a link that moves against the platform")
+        expected = f"one that is fixed to {written.platform!r}"
+        raise (top / "tool").error(f"tool on the link {tool.link!r}", got=got, expected=expected)
     tool_frame = platform_place.inverse @ tool_place
     return replace(linkage, reference_point=tool_frame.p + tool_frame.R @ tool_point + 0.0)
 

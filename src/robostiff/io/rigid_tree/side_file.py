@@ -101,12 +101,9 @@ class WrittenTool(WrittenMapping):
 def _loop_word(value: str) -> str:
     if value in ("fixed", "spherical"):
         return value
-    raise InputError(
-        "joint of the loop",
-        got=value,
-        expected="fixed, spherical, or a joint with its axis",
-        hint="write joint: {type: revolute, axis: z, role: passive} or the like",
-    )
+    expected = "fixed, spherical, or a joint with its axis"
+    hint = "write joint: {type: revolute, axis: z, role: passive} or the like"
+    raise InputError("joint of the loop", got=value, expected=expected, hint=hint)
 
 
 LoopJointChoice = Annotated[
@@ -392,11 +389,9 @@ class DescribedTree:
             if root in self.misfits:
                 raise self.misfits[root]
             if root not in decided:
-                raise tree.error(
-                    f"joint {name!r}",
-                    got=Words(f"a joint that follows {root!r}"),
-                    expected=f"one of {listing(list(by_name), 30)} that does not follow it in turn",
-                )
+                got = Words(f"a joint that follows {root!r}")
+                expected = f"one of {listing(list(by_name), 30)} that does not follow it in turn"
+                raise tree.error(f"joint {name!r}", got=got, expected=expected)
             if root not in leaders and root not in loaded:
                 leaders[root] = (name, factor, offset)
                 role = _driven_from(self.joints.get(root), factor, offset, name, tree)
@@ -441,11 +436,8 @@ def _driven_from(
         return role
     k = None if role is None else role.stiffness
     if isinstance(k, StiffnessLaw):
-        raise tree.error(
-            f"joint {name!r}",
-            got=Words("a drive whose stiffness depends on the coordinate of another joint"),
-            expected="a constant one",
-        )
+        got = Words("a drive whose stiffness depends on the coordinate of another joint")
+        raise tree.error(f"joint {name!r}", got=got, expected="a constant one")
     k = None if k is None else k / factor**2
     if not isinstance(role, Actuated):
         return Locked(k)

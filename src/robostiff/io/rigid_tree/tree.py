@@ -148,12 +148,9 @@ def read_xml(
         nonlocal count
         count += 1
         if count > limits.elements or len(open_) > limits.depth:
-            raise FileError(
-                here(),
-                "XML",
-                got=Words("more elements, or deeper ones"),
-                expected=f"at most {limits.elements}, {limits.depth} inside each other",
-            )
+            got = Words("more elements, or deeper ones")
+            expected = f"at most {limits.elements}, {limits.depth} inside each other"
+            raise FileError(here(), "XML", got=got, expected=expected)
         element = XmlElement(tag, attributes, here(), [])
         open_[-1].children.append(element)
         open_.append(element)
@@ -163,12 +160,8 @@ def read_xml(
             open_[-1].text += text
 
     def refuse_doctype(*_: object) -> None:
-        raise FileError(
-            here(),
-            "document type",
-            got=Words("<!DOCTYPE"),
-            expected="none: robot descriptions need no document type, and no entities",
-        )
+        expected = "none: robot descriptions need no document type, and no entities"
+        raise FileError(here(), "document type", got=Words("<!DOCTYPE"), expected=expected)
 
     parser.StartElementHandler, parser.EndElementHandler = start, lambda _: open_.pop()
     parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = characters, refuse_doctype
@@ -275,21 +268,15 @@ class RigidTree:
                 )
         roots = [link for link in self.links if link not in self.into]
         if len(roots) != 1:
-            raise self.error(
-                "links without a parent",
-                got=Words(listing(roots) or "none"),
-                expected="one root of the tree",
-            )
+            got = Words(listing(roots) or "none")
+            raise self.error("links without a parent", got=got, expected="one root of the tree")
         reached = [roots[0]]
         for link in reached:  # which grows meanwhile
             reached += [joint.child for joint in self.out_of.get(link, ())]
         if len(reached) < len(self.links):
             rest = [link for link in self.links if link not in set(reached)]
-            raise self.error(
-                "links that are connected in a circle",
-                got=Words(listing(rest, 12)),
-                expected="a tree",
-            )
+            got = Words(listing(rest, 12))
+            raise self.error("links that are connected in a circle", got=got, expected="a tree")
 
     @cached_property
     def root(self) -> str:
@@ -405,11 +392,9 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
     expected = f"robostiff: {VERSION} at the top"
     check_version(document, "side file", "version of the side file", expected, _EXAMPLE)
     if "legs" in document.data:
+        got = Words("a model file with legs of its own")
+        expected = "a side file of a robot description"
         raise FileError(
-            document.key_location(("legs",)),
-            "side file",
-            got=Words("a model file with legs of its own"),
-            expected="a side file of a robot description",
-            hint=_EXAMPLE,
+            document.key_location(("legs",)), "side file", got=got, expected=expected, hint=_EXAMPLE
         )
     return document

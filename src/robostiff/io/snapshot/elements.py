@@ -183,11 +183,9 @@ class BeamData(FilePart):
         end = np.array(self.end, dtype=float)
         along = end - np.array(self.start, dtype=float)
         if not along.any():
-            raise place.at("end").error(
-                "beam of no length",
-                got=place.at("end").value,
-                expected="a point other than its start",
-            )
+            got = place.at("end").value
+            expected = "a point other than its start"
+            raise place.at("end").error("beam of no length", got=got, expected=expected)
         with place.at("end").complaints():
             length = float(np.hypot.reduce(along))
             x = _direction("direction of the beam", along)
@@ -201,11 +199,8 @@ class BeamData(FilePart):
             material = Material(name, self.E, self.G)
             compliance = beam_compliance(length, material, section, theory)
         if not np.isfinite(compliance).all():
-            raise place.error(
-                "compliance of the beam",
-                expected="finite numbers",
-                hint="check the units of the beam",
-            )
+            hint = "check the units of the beam"
+            raise place.error("compliance of the beam", expected="finite numbers", hint=hint)
         where = place.document.location
         question(length, Dimension.LENGTH, where, place.at("end").path, in_si=True)
         question(self.E, Dimension.MODULUS, where, place.at("E").path, in_si=True)
@@ -325,11 +320,8 @@ class Spring6Data(FilePart):
     @model_validator(mode="after")
     def _one_matrix(self) -> Self:
         if (self.K is None) == (self.compliance is None):
-            raise InputError(
-                "matrix of the spring",
-                got=Words("neither" if self.K is None else "both"),
-                expected="one of K and compliance",
-            )
+            got = Words("neither" if self.K is None else "both")
+            raise InputError("matrix of the spring", got=got, expected="one of K and compliance")
         return self
 
     def placed(self, name: str, place: DocumentPlace) -> PlacedSpring:
@@ -486,10 +478,7 @@ def one_pose(array: np.ndarray, axes: int) -> list[Any]:
     value = np.asarray(array, dtype=float)
     shape = value.shape[value.ndim - axes :]
     if value.size != np.prod(shape):
-        raise InputError(
-            "shape of the batch of poses",
-            got=value.shape[: value.ndim - axes],
-            expected="one pose",
-            hint="a snapshot file holds one pose: write a file for each",
-        )
+        got = value.shape[: value.ndim - axes]
+        hint = "a snapshot file holds one pose: write a file for each"
+        raise InputError("shape of the batch of poses", got=got, expected="one pose", hint=hint)
     return value.reshape(shape).tolist()

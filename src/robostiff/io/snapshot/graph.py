@@ -197,11 +197,9 @@ def network_from_document(document: Document) -> Network:
     beams, springs, joints = map(built, ("beam", "spring", "joint"))
     couplings = _couplings(graph, joints, place)
     if not any(map(_is_elastic, (*beams, *springs, *joints, *couplings))):
-        raise place.error(
-            f"network {file.name} without compliance",
-            expected="at least one beam, spring or joint motion with a stiffness k",
-            hint="rigid parts and passive joints alone have no stiffness matrix",
-        )
+        expected = "at least one beam, spring or joint motion with a stiffness k"
+        hint = "rigid parts and passive joints alone have no stiffness matrix"
+        raise place.error(f"network {file.name} without compliance", expected=expected, hint=hint)
     nodes = []
     for name, coordinates in graph.nodes.items():
         point = np.array(coordinates, dtype=float)

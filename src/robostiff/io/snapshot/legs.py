@@ -384,11 +384,9 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
     names = distinct(leg.name for leg in snapshot.legs)
     for leg, name in zip(snapshot.legs, names, strict=True):
         if not _is_elastic(leg):
-            raise InputError(
-                f"leg {name} without compliance",
-                expected="at least one elastic part or joint",
-                hint="give a link or an actuator of the leg its elasticity",
-            )
+            expected = "at least one elastic part or joint"
+            hint = "give a link or an actuator of the leg its elasticity"
+            raise InputError(f"leg {name} without compliance", expected=expected, hint=hint)
     data["legs"] = [_chain(*pair, "") for pair in zip(snapshot.legs, names, strict=True)]
     return data
 

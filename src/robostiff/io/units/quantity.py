@@ -317,11 +317,8 @@ def read_quantity(
 def of_allowed_length(text: str) -> str:
     """The text itself, if it is not too long."""
     if len(text) > _LONGEST_TEXT:
-        raise InputError(
-            "quantity",
-            got=Words(f"a text of {len(text)} characters"),
-            expected=f"at most {_LONGEST_TEXT}",
-        )
+        got = Words(f"a text of {len(text)} characters")
+        raise InputError("quantity", got=got, expected=f"at most {_LONGEST_TEXT}")
     return text
 
 

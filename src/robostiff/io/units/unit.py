@@ -198,12 +198,9 @@ def _read_product(
                     hint="for the power of a quantity write (300 mm)^2",
                 )
         if joint is None and divided:
-            raise InputError(
-                "unit",
-                got=text[start:after].strip(),
-                expected="only one meaning",
-                hint="write a product below the line as N/(m rad), one above it as N m/rad",
-            )
+            got = text[start:after].strip()
+            hint = "write a product below the line as N/(m rad), one above it as N m/rad"
+            raise InputError("unit", got=got, expected="only one meaning", hint=hint)
         factors += [(word, -power if inverse else power) for word, power in pairs]
         end, divided = after, divided or inverse
     return factors, end
