@@ -365,19 +365,12 @@ def _by(
     matrix: Callable[..., np.ndarray], length: ArrayLike, material: Any, section: Any, theory: Any
 ) -> np.ndarray:
     if not isinstance(material, Material):
-        raise InputError(
-            "material of the beam",
-            got=material,
-            expected="a Material",
-            hint='write material("steel") or Material.isotropic(name, E, poisson_ratio, source)',
-        )
+        hint = 'write material("steel") or Material.isotropic(name, E, poisson_ratio, source)'
+        raise InputError("material of the beam", got=material, expected="a Material", hint=hint)
     if not isinstance(section, CrossSection):
-        raise InputError(
-            "cross-section of the beam",
-            got=section,
-            expected="a CrossSection",
-            hint="write tube(outer_diameter, inner_diameter) or another shape",
-        )
+        subject = "cross-section of the beam"
+        hint = "write tube(outer_diameter, inner_diameter) or another shape"
+        raise InputError(subject, got=section, expected="a CrossSection", hint=hint)
     L = positive_numbers("length of the beam", length, "m")
     s = section
     numbers = (material.E, material.G, s.A, s.Iy, s.Iz, s.J, *theory.shear_factors(section))

@@ -124,12 +124,8 @@ def positive_numbers(subject: str, values: Any, unit: str) -> Any:
     expected = f"{_A_NUMBER} [{unit}]"
     array = as_array(values)
     if array.dtype.kind not in "iuf":
-        raise InputError(
-            subject,
-            got=values,
-            expected=expected + " or an array of them",
-            hint="with exact or symbolic entries, call cantilever_compliance",
-        )
+        hint = "with exact or symbolic entries, call cantilever_compliance"
+        raise InputError(subject, got=values, expected=expected + " or an array of them", hint=hint)
     wrong = ~(np.isfinite(array) & (array > 0))
     if wrong.any():
         where = tuple(int(i) for i in np.argwhere(wrong)[0])

@@ -420,12 +420,9 @@ def section_from_sectionproperties(analysis: Section) -> CrossSection:
     with needs_extra("sections of any shape", "sections"):
         from sectionproperties.analysis.section import Section
     if not isinstance(analysis, Section):
-        raise InputError(
-            "analysed section",
-            got=analysis,
-            expected="a Section of sectionproperties",
-            hint="mesh the geometry first: Section(geometry.create_mesh(mesh_sizes=...))",
-        )
+        expected = "a Section of sectionproperties"
+        hint = "mesh the geometry first: Section(geometry.create_mesh(mesh_sizes=...))"
+        raise InputError("analysed section", got=analysis, expected=expected, hint=hint)
     if len(set(analysis.materials)) > 1:
         raise InputError(
             "materials of the analysed section",

@@ -153,12 +153,9 @@ class PostureFinder:
         robot, close, chains, undetermined = self.robot, None, None, None
         if request.by is Given.JOINTS:
             if near is not None:
-                raise InputError(
-                    f"near of {robot.name!r}",
-                    got=near,
-                    expected="none: joint coordinates pose this arm, and determine its posture",
-                    hint="near=... chooses among the postures at a pose of the platform",
-                )
+                expected = "none: joint coordinates pose this arm, and determine its posture"
+                hint = "near=... chooses among the postures at a pose of the platform"
+                raise InputError(f"near of {robot.name!r}", got=near, expected=expected, hint=hint)
             (leg,), q, elsewhere = robot.legs, [request.coordinates], None
             chains = [place_chain(leg.chain, q[0], leg.base.R, leg.base.p)]
             R, p = platform_at_end(leg, chains[0])

@@ -150,19 +150,13 @@ class Linkage(Symbolic, Subject):
         check_distinct("name of the connection", names)
         for connection in self.connections:
             if connection.a == connection.b:
-                raise InputError(
-                    f"bodies of {connection.name!r}",
-                    got=connection.a,
-                    expected="two different bodies",
-                )
+                subject = f"bodies of {connection.name!r}"
+                raise InputError(subject, got=connection.a, expected="two different bodies")
         for what, body in (("base", self.base), ("platform", self.platform)):
             if body not in self.bodies:
-                raise InputError(
-                    what,
-                    got=body,
-                    expected="a body that is connected with others",
-                    hint="floating joints connect nothing",
-                )
+                expected = "a body that is connected with others"
+                hint = "floating joints connect nothing"
+                raise InputError(what, got=body, expected=expected, hint=hint)
         if strange := sorted(self.held.difference(names)):
             raise InputError("held joints", got=strange, expected="joints of the linkage")
 

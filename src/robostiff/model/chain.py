@@ -67,12 +67,9 @@ class ParallelBlock:
     def __post_init__(self) -> None:
         names = [branch.name for branch in self.branches]
         if len(names) < 2:
-            raise InputError(
-                f"branches of block {self.name!r}",
-                got=names,
-                expected="at least two",
-                hint="elements of a single branch belong into the chain itself",
-            )
+            subject = f"branches of block {self.name!r}"
+            hint = "elements of a single branch belong into the chain itself"
+            raise InputError(subject, got=names, expected="at least two", hint=hint)
         check_distinct(f"names of the branches of {self.name!r}", names)
 
 
@@ -103,12 +100,9 @@ def parallelogram(chain: Chain, across: Entries, *, name: str = "parallelogram")
     """
     shift = vector3(f"across of {name!r}", across)
     if not np.any(shift):
-        raise InputError(
-            f"across of {name!r}",
-            got=across,
-            expected="a vector from the first bar to the second",
-            hint="two bars in one place are one bar of twice the stiffness",
-        )
+        expected = "a vector from the first bar to the second"
+        hint = "two bars in one place are one bar of twice the stiffness"
+        raise InputError(f"across of {name!r}", got=across, expected=expected, hint=hint)
     identity = np.eye(3, dtype=int) if shift.dtype == object else np.eye(3)
     sides = [Frame(identity, -shift / 2), Frame(identity, shift / 2)]
     return ParallelBlock(
