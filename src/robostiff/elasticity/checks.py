@@ -75,12 +75,8 @@ def error_at(
             used = {s for x in bound.differences.values() for s in x.free_symbols}
             pairs = zip(symbols, rows[:, k].tolist(), strict=True)
             given = ", ".join(f"{symbol} = {x}" for symbol, x in pairs if symbol in used)
-            return InputError(
-                f"{bound.subject} of {name!r} in row {k}, {given}",
-                got=float(value[k]),
-                expected=bound.expected,
-                hint=bound.hint,
-            )
+            subject, got = f"{bound.subject} of {name!r} in row {k}, {given}", float(value[k])
+            return InputError(subject, got=got, expected=bound.expected, hint=bound.hint)
     return None
 
 

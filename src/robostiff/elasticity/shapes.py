@@ -165,17 +165,11 @@ def tube(outer_diameter: Any, inner_diameter: Any, *, poisson_ratio: Any = 0.3) 
     0.00502654...
     """
     D = positive_number("outer diameter of the tube", outer_diameter, "m")
-    d = positive_number(
-        "inner diameter of the tube",
-        inner_diameter,
-        "m",
-        hint="for a full bar use circle(diameter)",
-    )
+    subject, hint = "inner diameter of the tube", "for a full bar use circle(diameter)"
+    d = positive_number(subject, inner_diameter, "m", hint)
     D, d, nu = exact_together(D, d, poisson_ratio_of_isotropic(poisson_ratio))
     hint = "write tube(outer_diameter, inner_diameter), diameters and not radii"
-    bounds = Bounds(
-        "inner diameter of the tube", d, 0, D, f"less than the outer diameter {D!r}", hint
-    )
+    bounds = Bounds(subject, d, 0, D, f"less than the outer diameter {D!r}", hint)
     area = full_turn(D) / 2 * (D - d) * (D + d) / 4
     inertia = area * (D * D + d * d) / 16
     m = d / D

@@ -483,9 +483,7 @@ def postures(robot: Robot, pose: Pose = None) -> dict[str, tuple[LegPosture, ...
     for solver in finder.solvers:
         modes, q = solver.that_close(at)
         home = getattr(solver.closed_form, "mode", None)
-        own = [
-            LegPosture(solver.leg.name, coordinates, mode, mode == home)
-            for mode, coordinates in zip(modes, q, strict=True)
-        ]
-        found[solver.leg.name] = tuple(sorted(own, key=lambda one: not one.of_home))
+        name, each = solver.leg.name, zip(modes, q, strict=True)
+        own = [LegPosture(name, coordinates, mode, mode == home) for mode, coordinates in each]
+        found[name] = tuple(sorted(own, key=lambda one: not one.of_home))
     return found

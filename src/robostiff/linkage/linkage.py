@@ -199,18 +199,13 @@ class Linkage(Symbolic, Subject):
             For a name that is no joint's, and for numbers that are not finite or too many or few.
         """
         self.check_names(values)
-        sizes = {joint.name: joint.size for joint in self.joints}
+        found, sizes = {}, {joint.name: joint.size for joint in self.joints}
         for name, value in values.items():
-            refuse_quantities(f"coordinates of {name!r}", value, "finite numbers [m, rad]")
-        return {
-            name: np.array(
-                finite_coordinates(
-                    f"coordinates of {name!r}", np.atleast_1d(value).tolist(), sizes[name]
-                ),
-                dtype=float,
-            )
-            for name, value in values.items()
-        }
+            subject = f"coordinates of {name!r}"
+            refuse_quantities(subject, value, "finite numbers [m, rad]")
+            numbers = finite_coordinates(subject, np.atleast_1d(value).tolist(), sizes[name])
+            found[name] = np.array(numbers, dtype=float)
+        return found
 
 
 _ROUND = np.diag([-1, 1, -1])  # half a turn about y
@@ -422,10 +417,7 @@ class LoopsOfLinkage:
 
     def _where_closed(self, found: Followed, lost: bool = False) -> list[Configuration]:
         pairs = zip(self.configurations(found.x), found.elsewhere, strict=True)
-        return [
-            replace(one, elsewhere=lost or bool(elsewhere), closes_at_home=True)
-            for one, elsewhere in pairs
-        ]
+        return [replace(one, elsewhere=lost or bool(x), closes_at_home=True) for one, x in pairs]
 
     def _turn_by_turn(self, given: np.ndarray) -> Configuration:
         """Along the path from home in parts in which no joint that is given turns far."""

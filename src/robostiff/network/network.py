@@ -182,6 +182,5 @@ class Network(FrozenSubject):
 def _check_known(what: str, names: Iterable[str], known: set[str]) -> None:
     for name in names:
         if name not in known:
-            raise InputError(
-                what, got=name, expected=f"the name of a node: {', '.join(sorted(known)[:12])}"
-            )
+            expected = f"the name of a node: {', '.join(sorted(known)[:12])}"
+            raise InputError(what, got=name, expected=expected)
