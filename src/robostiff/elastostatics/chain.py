@@ -149,9 +149,8 @@ def _checked(C: np.ndarray, J_q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         hint = f"without passive joints write np.zeros(({C.shape[-1]}, 0))"
         raise InputError("passive joint Jacobian", got=J_q.shape, expected=expected, hint=hint)
     if np.any(np.einsum("...ii->...i", C) < 0):
-        raise InputError(
-            "compliance of the chain", got=C, expected="no negative entry on the diagonal"
-        )
+        subject = "compliance of the chain"
+        raise InputError(subject, got=C, expected="no negative entry on the diagonal")
     size = np.sqrt(np.maximum(np.einsum("...ii->...i", C), 0.0))
     allowed = _SYMMETRY * size[..., :, None] * size[..., None, :]
     skewness = np.abs(C - np.swapaxes(C, -1, -2))

@@ -267,9 +267,8 @@ def aggregate_matrices(
     (200.0, 200.0)
     """
     if len(K_legs) != len(v_leg_end_to_ref):
-        raise InputError(
-            "vectors from leg ends", got=len(v_leg_end_to_ref), expected=f"{len(K_legs)}, one a leg"
-        )
+        subject = "vectors from leg ends"
+        raise InputError(subject, got=len(v_leg_end_to_ref), expected=f"{len(K_legs)}, one a leg")
     moved = [move_stiffness(K, v) for K, v in zip(K_legs, v_leg_end_to_ref, strict=True)]
     return np.sum(moved, axis=0)
 

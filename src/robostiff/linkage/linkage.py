@@ -426,9 +426,8 @@ class LoopsOfLinkage:
         turned = np.max(np.abs(given - begin)[loops.tree.turns[loops.given]], initial=0.0)
         if turned > _FURTHEST:
             most = f"at most {_FURTHEST:g} rad from home"
-            raise InputError(
-                "turn of a joint that screws follow", got=f"{turned:.6g} rad", expected=most
-            )
+            subject = "turn of a joint that screws follow"
+            raise InputError(subject, got=f"{turned:.6g} rad", expected=most)
         parts = max(1, math.ceil(turned / PART_OF_A_TURN))
         for k in range(1, parts):
             found = mode.at((begin + (given - begin) * (k / parts))[None])

@@ -228,9 +228,8 @@ class Chain:
         coupled = {name for coupling in self.couplings for name, _ in coupling.terms}
         for element, place in self._own_moving():
             if element.name in joints and element.name in coupled:
-                raise InputError(
-                    "name of a coupled joint", got=element.name, expected="each name once"
-                )
+                subject = "name of a coupled joint"
+                raise InputError(subject, got=element.name, expected="each name once")
             joints[element.name] = place, element
         return transmission(joints, len(self.own_places), self.couplings)
 

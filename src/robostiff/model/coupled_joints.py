@@ -214,13 +214,9 @@ def _follower(
         expected = "role: passive of a joint that follows the others"
         raise InputError(subject, got=Words("no passive joint"), expected=expected)
     in_order = [*factors, *(name for name in row if name not in factors)]
-    candidates = [
-        name
-        for name in in_order
-        if name in passive
-        and name not in taken
-        and not _is_nothing(row[name], 0.0 if is_formula(x := factors.get(name, 1.0)) else abs(x))
-    ]
+    sizes = {name: 0.0 if is_formula(x) else abs(x) for name, x in factors.items()}
+    open_ = (name for name in in_order if name in passive and name not in taken)
+    candidates = [x for x in open_ if not _is_nothing(row[x], sizes.get(x, 1.0))]
     if not candidates:
         raise InputError(
             relation.name,

@@ -88,9 +88,8 @@ class FlexiblePlatform:
             (f"node of {part.name!r}", name) for part in self.parts for name in (part.a, part.b)
         ]:
             if name not in names:
-                raise InputError(
-                    f"{subject} of the platform", got=name, expected=f"a node: {', '.join(names)}"
-                )
+                expected = f"a node: {', '.join(names)}"
+                raise InputError(f"{subject} of the platform", got=name, expected=expected)
         for part in self.parts:
             if part.a == part.b:
                 raise InputError(
@@ -125,9 +124,8 @@ class FlexiblePlatform:
         if name is not None:
             names = [node.name for node in self.nodes]
             if name not in names:
-                raise InputError(
-                    "node that holds the leg", got=name, expected=f"a node: {', '.join(names)}"
-                )
+                subject = "node that holds the leg"
+                raise InputError(subject, got=name, expected=f"a node: {', '.join(names)}")
             return name
         numbers = [np.abs(node.at).max() for node in self.nodes if node.at.dtype != object]
         allowed = _SAME_PLACE * max(numbers, default=0.0)

@@ -92,9 +92,8 @@ class Network(FrozenSubject):
             if not (element.a in known and element.b in known):
                 _check_known(f"node of {element.name!r}", (element.a, element.b), known)
             if element.a == element.b:
-                raise InputError(
-                    f"nodes of {element.name!r}", got=element.a, expected="two different nodes"
-                )
+                subject = f"nodes of {element.name!r}"
+                raise InputError(subject, got=element.a, expected="two different nodes")
         if not self.fixed:
             raise InputError("fixed nodes", got=Words("none"), expected="at least one")
         if self.platform in self.fixed:
