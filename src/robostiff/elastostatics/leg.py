@@ -300,10 +300,8 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
             expected="one space and one batch of poses",
         )
     n = first.space.size
-    wrenches, rigid = (
-        poses_side_by_side(np.concatenate(stack, axis=-1), 2)
-        for stack in ([leg.held for leg in legs], [leg.rigid for leg in legs])
-    )
+    wrenches = poses_side_by_side(np.concatenate([leg.held for leg in legs], axis=-1), 2)
+    rigid = poses_side_by_side(np.concatenate([leg.rigid for leg in legs], axis=-1), 2)
     margin = smallest_singular_value(wrenches)
     tolerance = first.tolerance
     full = np.asarray(margin > tolerance.independence)

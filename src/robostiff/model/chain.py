@@ -204,12 +204,8 @@ class Chain:
     @cached_property
     def own_places(self) -> tuple[int, ...]:
         """Places of the coordinates of its own joints, those of parallel blocks left out."""
-        return tuple(
-            part.first + i
-            for part in self._parts
-            if not isinstance(part.element, Chain)
-            for i in range(part.element.size)
-        )
+        own = (part for part in self._parts if not isinstance(part.element, Chain))
+        return tuple(part.first + i for part in own for i in range(part.element.size))
 
     def _own_moving(self) -> Iterator[tuple[Joint | Telescope, int]]:
         """Its own joints, with the places of their first coordinates among `own_places`."""

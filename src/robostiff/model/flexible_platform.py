@@ -198,14 +198,12 @@ class PlacedPlatform(BatchedPart):
     @property
     def masses(self) -> dict[str, tuple[PlacedMass, ...]]:
         """Those of its parts in the world at one pose, by the names of the parts."""
-        return {
-            part.name: tuple(
-                PlacedMass(part.name, mass.value, 0.5 * (a + b), 0, a, (0.0, 1.0))
-                for mass in part.masses
-            )
-            for part in self.platform.parts
-            for a, b in [[self.in_world(self.platform.point_of(n)) for n in (part.a, part.b)]]
-        }
+        found: dict[str, tuple[PlacedMass, ...]] = {}
+        for part in self.platform.parts:
+            a, b = (self.in_world(self.platform.point_of(node)) for node in (part.a, part.b))
+            along = 0.5 * (a + b), 0, a, (0.0, 1.0)
+            found[part.name] = tuple(PlacedMass(part.name, m.value, *along) for m in part.masses)
+        return found
 
     def in_world(self, point: np.ndarray) -> np.ndarray:
         """A point of the platform frame (3,) in the world (..., 3) [m]."""
