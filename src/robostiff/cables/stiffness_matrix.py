@@ -175,16 +175,13 @@ def axial_stiffness(robot: CableRobot, lengths: np.ndarray, tensions: np.ndarray
     give = np.array([0.0 if k is None else 1.0 / k for k in winches])
     guide = np.array([cable.guide_length for cable in cables])
     unstrained = (lengths + guide - tensions * give) / (1.0 + tensions * stretch)
-    if np.any((unstrained <= 0) & (stretch > 0) & (lengths > 0)):
-        i = int(np.argwhere((unstrained <= 0) & (stretch > 0) & (lengths > 0))[0][-1])
-        raise InputError(
-            f"tension of cable {robot.cables[i].name!r}",
-            got=Words(
-                f"{np.max(tensions[..., i]):g} N, by which its winch deflects by more than "
-                "the length of the cable"
-            ),
-            expected="less, or a stiffer winch",
-        )
+    lost = np.argwhere((unstrained <= 0) & (stretch > 0) & (lengths > 0))
+    if lost.size:
+        i = int(lost[0][-1])
+        size = f"{np.max(tensions[..., i]):g} N"
+        got = Words(f"{size}, by which its winch deflects by more than the length of the cable")
+        subject = f"tension of cable {cables[i].name!r}"
+        raise InputError(subject, got=got, expected="less, or a stiffer winch")
     # A cable of zero length has no matrix; its stiffness must only be finite.
     compliance = np.where(unstrained > 0, unstrained, 1.0) * stretch + give
     return 1.0 / compliance

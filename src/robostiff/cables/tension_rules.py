@@ -140,8 +140,7 @@ def _nearest(problem: TensionProblem) -> tuple[np.ndarray, np.ndarray, np.ndarra
     poses, n, _ = W.shape
     low, high, aim = problem.least, problem.greatest, problem.aim
     y = np.zeros((poses, n))
-    solved = np.zeros(poses, dtype=bool)
-    impossible = np.zeros(poses, dtype=bool)
+    solved, impossible = np.zeros((2, poses), dtype=bool)
     active = np.arange(poses)
     for _ in range(_STEPS):
         W_a, y_a = W[active], y[active]
@@ -316,9 +315,8 @@ class ClosedFormTensions:
         tensions = np.array(np.broadcast_to(problem.aim, (poses, cables)))
         for _ in range(cables + 1):
             missing = problem.missing(tensions)
-            change = np.einsum(
-                "nij,nj->ni", np.linalg.pinv(problem.W * open_[:, None, :], rcond=1e-9), missing
-            )
+            inverse = np.linalg.pinv(problem.W * open_[:, None, :], rcond=1e-9)
+            change = np.einsum("nij,nj->ni", inverse, missing)
             trial = tensions - np.where(open_, change, 0.0)
             beyond = np.where(open_, problem.beyond(trial), 0.0)
             furthest = beyond.argmax(axis=-1)

@@ -12,7 +12,6 @@ from robostiff.compiled.kernel import Backend as Backend
 from robostiff.compiled.kernel import Kernel as Kernel
 from robostiff.compiled.kernel import NoMachineCodeWarning as NoMachineCodeWarning
 from robostiff.compiled.kernel import kernel_of as kernel_of
-from robostiff.compiled.kernel import whole_threads as whole_threads
 from robostiff.compiled.outputs import ComplianceMatrix as ComplianceMatrix
 from robostiff.compiled.outputs import DeflectionUnder as DeflectionUnder
 from robostiff.compiled.outputs import Derivative as Derivative

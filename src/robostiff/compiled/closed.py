@@ -169,13 +169,8 @@ class ClosedCode:
         A part is gone where it closes, with more than the `least` that says the assembly mode.
         """
         home, start = (np.array(numbers)[:, None] for numbers in (self.home, self.state))
-        x, unknowns, step, arrival = (
-            np.tile(start, given.shape[1]),
-            self.unknowns,
-            codes.step,
-            codes.arrival,
-        )
-
+        x, unknowns = np.tile(start, given.shape[1]), self.unknowns
+        step, arrival = codes.step, codes.arrival
         assert arrival is not None  # noqa: S101 - of a closure
 
         def goes(ways: np.ndarray, aim: np.ndarray) -> np.ndarray:

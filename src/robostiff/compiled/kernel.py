@@ -211,9 +211,8 @@ def code_of(backend: Backend) -> type[MachineCode] | type[ArrayCode]:
     Raises InputError when it is none, or machine code without its compiler.
     """
     if not isinstance(backend, Backend):
-        raise InputError(
-            "backend", got=backend, expected=", ".join(str(member) for member in Backend)
-        )
+        expected = ", ".join(str(member) for member in Backend)
+        raise InputError("backend", got=backend, expected=expected)
     if backend is Backend.ARRAYS:
         return ArrayCode
     if machine_code_is_available():

@@ -244,9 +244,8 @@ class EntryOf:
             0 <= i < n for i, n in zip(self.place, shape, strict=True)
         )
         if not inside:
-            raise InputError(
-                f"entry of {self.of.name}", got=self.place, expected=f"places in an array {shape}"
-            )
+            subject = f"entry of {self.of.name}"
+            raise InputError(subject, got=self.place, expected=f"places in an array {shape}")
         return ()
 
     def entries(self, robot: RecordedRobot) -> list[Any]:
@@ -386,9 +385,8 @@ class Gradient(Rates):
 
     def __init__(self, of: Output, by: Sequence[str]) -> None:
         if isinstance(by, str) or not by or len(set(by)) < len(by):
-            raise InputError(
-                "inputs of a gradient", got=by, expected='names, each once, such as ("R", "k")'
-            )
+            subject = "inputs of a gradient"
+            raise InputError(subject, got=by, expected='names, each once, such as ("R", "k")')
         object.__setattr__(self, "of", of)
         object.__setattr__(self, "by", tuple(by))
 

@@ -74,8 +74,6 @@ def cantilever_compliance(
         y = y + L / (_plain(shear_y) * G * A)
     if shear_z is not None:
         z = z + L / (_plain(shear_z) * G * A)
-    y_rz = L * L / (2 * E * Iz)
-    z_ry = -(L * L) / (2 * E * Iy)
     return _symmetric(
         {
             (0, 0): L / (E * A),
@@ -84,8 +82,8 @@ def cantilever_compliance(
             (3, 3): L / (G * J),
             (4, 4): L / (E * Iy),
             (5, 5): L / (E * Iz),
-            (1, 5): y_rz,
-            (2, 4): z_ry,
+            (1, 5): L * L / (2 * E * Iz),
+            (2, 4): -(L * L) / (2 * E * Iy),
         }
     )
 
@@ -365,19 +363,12 @@ def _by(
     matrix: Callable[..., np.ndarray], length: ArrayLike, material: Any, section: Any, theory: Any
 ) -> np.ndarray:
     if not isinstance(material, Material):
-        raise InputError(
-            "material of the beam",
-            got=material,
-            expected="a Material",
-            hint='write material("steel") or Material.isotropic(name, E, poisson_ratio, source)',
-        )
+        hint = 'write material("steel") or Material.isotropic(name, E, poisson_ratio, source)'
+        raise InputError("material of the beam", got=material, expected="a Material", hint=hint)
     if not isinstance(section, CrossSection):
-        raise InputError(
-            "cross-section of the beam",
-            got=section,
-            expected="a CrossSection",
-            hint="write tube(outer_diameter, inner_diameter) or another shape",
-        )
+        subject = "cross-section of the beam"
+        hint = "write tube(outer_diameter, inner_diameter) or another shape"
+        raise InputError(subject, got=section, expected="a CrossSection", hint=hint)
     L = positive_numbers("length of the beam", length, "m")
     s = section
     numbers = (material.E, material.G, s.A, s.Iy, s.Iz, s.J, *theory.shear_factors(section))

@@ -75,12 +75,8 @@ def error_at(
             used = {s for x in bound.differences.values() for s in x.free_symbols}
             pairs = zip(symbols, rows[:, k].tolist(), strict=True)
             given = ", ".join(f"{symbol} = {x}" for symbol, x in pairs if symbol in used)
-            return InputError(
-                f"{bound.subject} of {name!r} in row {k}, {given}",
-                got=float(value[k]),
-                expected=bound.expected,
-                hint=bound.hint,
-            )
+            subject, got = f"{bound.subject} of {name!r} in row {k}, {given}", float(value[k])
+            return InputError(subject, got=got, expected=bound.expected, hint=bound.hint)
     return None
 
 
@@ -124,12 +120,8 @@ def positive_numbers(subject: str, values: Any, unit: str) -> Any:
     expected = f"{_A_NUMBER} [{unit}]"
     array = as_array(values)
     if array.dtype.kind not in "iuf":
-        raise InputError(
-            subject,
-            got=values,
-            expected=expected + " or an array of them",
-            hint="with exact or symbolic entries, call cantilever_compliance",
-        )
+        hint = "with exact or symbolic entries, call cantilever_compliance"
+        raise InputError(subject, got=values, expected=expected + " or an array of them", hint=hint)
     wrong = ~(np.isfinite(array) & (array > 0))
     if wrong.any():
         where = tuple(int(i) for i in np.argwhere(wrong)[0])

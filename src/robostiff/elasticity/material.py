@@ -174,9 +174,5 @@ def material(name: str) -> Material:
     spelled = str(name).strip().lower().replace(" ", "-").replace("_", "-")
     near = difflib.get_close_matches(spelled, MATERIALS, n=1)
     advice = f"did you mean {near[0]!r}? " if near else ""
-    raise InputError(
-        "material",
-        got=name,
-        expected="one of " + ", ".join(MATERIALS),
-        hint=advice + "any other is written as Material.isotropic(name, E, poisson_ratio, source)",
-    )
+    hint = advice + "any other is written as Material.isotropic(name, E, poisson_ratio, source)"
+    raise InputError("material", got=name, expected="one of " + ", ".join(MATERIALS), hint=hint)

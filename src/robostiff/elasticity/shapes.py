@@ -165,17 +165,11 @@ def tube(outer_diameter: Any, inner_diameter: Any, *, poisson_ratio: Any = 0.3) 
     0.00502654...
     """
     D = positive_number("outer diameter of the tube", outer_diameter, "m")
-    d = positive_number(
-        "inner diameter of the tube",
-        inner_diameter,
-        "m",
-        hint="for a full bar use circle(diameter)",
-    )
+    subject, hint = "inner diameter of the tube", "for a full bar use circle(diameter)"
+    d = positive_number(subject, inner_diameter, "m", hint)
     D, d, nu = exact_together(D, d, poisson_ratio_of_isotropic(poisson_ratio))
     hint = "write tube(outer_diameter, inner_diameter), diameters and not radii"
-    bounds = Bounds(
-        "inner diameter of the tube", d, 0, D, f"less than the outer diameter {D!r}", hint
-    )
+    bounds = Bounds(subject, d, 0, D, f"less than the outer diameter {D!r}", hint)
     area = full_turn(D) / 2 * (D - d) * (D + d) / 4
     inertia = area * (D * D + d * d) / 16
     m = d / D
@@ -420,12 +414,9 @@ def section_from_sectionproperties(analysis: Section) -> CrossSection:
     with needs_extra("sections of any shape", "sections"):
         from sectionproperties.analysis.section import Section
     if not isinstance(analysis, Section):
-        raise InputError(
-            "analysed section",
-            got=analysis,
-            expected="a Section of sectionproperties",
-            hint="mesh the geometry first: Section(geometry.create_mesh(mesh_sizes=...))",
-        )
+        expected = "a Section of sectionproperties"
+        hint = "mesh the geometry first: Section(geometry.create_mesh(mesh_sizes=...))"
+        raise InputError("analysed section", got=analysis, expected=expected, hint=hint)
     if len(set(analysis.materials)) > 1:
         raise InputError(
             "materials of the analysed section",

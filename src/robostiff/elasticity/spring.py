@@ -72,11 +72,9 @@ class Elasticity:
         compliance = _own_compliance("compliance of the spring", self.compliance)
         freedoms = _own_array("freedoms of the spring", self.freedoms)
         if freedoms.ndim != 2 or freedoms.shape[0] != 6:
-            raise InputError(
-                "shape of the freedoms of the spring",
-                got=freedoms.shape,
-                expected="(6, k), one twist (dx, dy, dz, rx, ry, rz) in each column",
-            )
+            subject = "shape of the freedoms of the spring"
+            expected = "(6, k), one twist (dx, dy, dz, rx, ry, rz) in each column"
+            raise InputError(subject, got=freedoms.shape, expected=expected)
         object.__setattr__(self, "compliance", compliance)
         object.__setattr__(self, "freedoms", freedoms)
         object.__setattr__(self, "bounds", left_open(self.bounds))

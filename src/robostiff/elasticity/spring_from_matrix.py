@@ -142,9 +142,8 @@ def _checked_symmetric(matrix: Any, kind: MatrixKind) -> Matrix:
         raise InputError(f"shape of the {kind.name}", got=array.shape, expected=expected)
     if not np.isfinite(array).all():
         i, j = (int(k) for k in np.argwhere(~np.isfinite(array))[0])
-        raise InputError(
-            f"{kind.name}, entry {kind.entry(array, i, j)}", expected="a finite number"
-        )
+        subject = f"{kind.name}, entry {kind.entry(array, i, j)}"
+        raise InputError(subject, expected="a finite number")
 
     magnitude = np.abs(array)
     block = np.sqrt([magnitude[:3, :3].max(), magnitude[3:, 3:].max()]).repeat(3)

@@ -98,11 +98,8 @@ def solve_chain(
     problem = ChainProblem(C * scale, J_scaled, W, redundant, margins, tolerance)
 
     if np.any(problem.compliance_ratio < -_SYMMETRY):
-        raise InputError(
-            "compliance of the chain",
-            got=C,
-            expected="a positive semidefinite matrix: a spring does not push where it is pulled",
-        )
+        expected = "a positive semidefinite matrix: a spring does not push where it is pulled"
+        raise InputError("compliance of the chain", got=C, expected=expected)
 
     missing = [(need.missing(problem), need.reason) for need in form.needs]
     refused = np.logical_or.reduce([np.zeros(length.shape, dtype=bool), *(m for m, _ in missing)])
@@ -148,16 +145,12 @@ def _checked(C: np.ndarray, J_q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         raise InputError("compliance of the chain", got=C.shape, expected="a shape (..., n, n)")
     Space.of_size(C.shape[-1])
     if J_q.ndim < 2 or J_q.shape[-2] != C.shape[-1]:
-        raise InputError(
-            "passive joint Jacobian",
-            got=J_q.shape,
-            expected=f"a shape (..., {C.shape[-1]}, q), one column a joint",
-            hint=f"without passive joints write np.zeros(({C.shape[-1]}, 0))",
-        )
+        expected = f"a shape (..., {C.shape[-1]}, q), one column a joint"
+        hint = f"without passive joints write np.zeros(({C.shape[-1]}, 0))"
+        raise InputError("passive joint Jacobian", got=J_q.shape, expected=expected, hint=hint)
     if np.any(np.einsum("...ii->...i", C) < 0):
-        raise InputError(
-            "compliance of the chain", got=C, expected="no negative entry on the diagonal"
-        )
+        subject = "compliance of the chain"
+        raise InputError(subject, got=C, expected="no negative entry on the diagonal")
     size = np.sqrt(np.maximum(np.einsum("...ii->...i", C), 0.0))
     allowed = _SYMMETRY * size[..., :, None] * size[..., None, :]
     skewness = np.abs(C - np.swapaxes(C, -1, -2))

@@ -309,13 +309,9 @@ def least_energy(
     ranks = np.stack([by_rigid, np.broadcast_to(rank, batch)], axis=-1)
     for group, decision in alike(np.concatenate([elastic, stiff, ranks], axis=-1)):
         of_elastic, of_rigid = np.flatnonzero(decision[:m]), np.flatnonzero(decision[m : m + k])
-        found = _least_energy_of_rank(
-            unit[group][..., of_elastic],
-            compliance[group][..., of_elastic],
-            rigid[group][..., of_rigid],
-            int(decision[-2]),
-            int(decision[-1]),
-        )
+        U, c = unit[group][..., of_elastic], compliance[group][..., of_elastic]
+        H, counts = rigid[group][..., of_rigid], decision[-2:].tolist()
+        found = _least_energy_of_rank(U, c, H, *counts)
         shares[group] = _in_rows(found.shares, of_elastic, m)
         modes[group] = _in_rows(found.modes, of_elastic, m)
         rigid_shares[group] = _in_rows(found.rigid_shares, of_rigid, k)

@@ -199,11 +199,8 @@ class Recursive(Form):
         K, joints = problem.K0, problem.J_q.shape[-1]
         groups = tuple((i,) for i in range(joints)) if self.groups is None else self.groups
         if sorted(chain.from_iterable(groups)) != list(range(joints)):
-            raise InputError(
-                "groups of passive joints",
-                got=self.groups,
-                expected=f"each of the {joints} joints 0 to {joints - 1} once",
-            )
+            expected = f"each of the {joints} joints 0 to {joints - 1} once"
+            raise InputError("groups of passive joints", got=self.groups, expected=expected)
         for group in groups:
             # A redundant joint of a group is left out by giving it a unit pivot and no effect.
             kept = ~problem.redundant[..., group]

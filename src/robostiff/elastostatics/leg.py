@@ -267,9 +267,8 @@ def aggregate_matrices(
     (200.0, 200.0)
     """
     if len(K_legs) != len(v_leg_end_to_ref):
-        raise InputError(
-            "vectors from leg ends", got=len(v_leg_end_to_ref), expected=f"{len(K_legs)}, one a leg"
-        )
+        subject = "vectors from leg ends"
+        raise InputError(subject, got=len(v_leg_end_to_ref), expected=f"{len(K_legs)}, one a leg")
     moved = [move_stiffness(K, v) for K, v in zip(K_legs, v_leg_end_to_ref, strict=True)]
     return np.sum(moved, axis=0)
 
@@ -301,10 +300,8 @@ def aggregate(legs: Sequence[CartesianStiffness]) -> CartesianStiffness:
             expected="one space and one batch of poses",
         )
     n = first.space.size
-    wrenches, rigid = (
-        poses_side_by_side(np.concatenate(stack, axis=-1), 2)
-        for stack in ([leg.held for leg in legs], [leg.rigid for leg in legs])
-    )
+    wrenches = poses_side_by_side(np.concatenate([leg.held for leg in legs], axis=-1), 2)
+    rigid = poses_side_by_side(np.concatenate([leg.rigid for leg in legs], axis=-1), 2)
     margin = smallest_singular_value(wrenches)
     tolerance = first.tolerance
     full = np.asarray(margin > tolerance.independence)

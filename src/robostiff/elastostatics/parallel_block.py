@@ -85,7 +85,6 @@ def block_compliance(
     branches: Sequence[tuple[np.ndarray, np.ndarray]],
     length: Float[np.ndarray, "*batch"],
     tolerance: Tolerance,
-    present: Sequence[np.ndarray | None] | None = None,
 ) -> BlockCompliance:
     """Compliance and freedoms of branches in parallel, seen from the chain that holds them.
 
@@ -101,8 +100,6 @@ def block_compliance(
     length : (...) array
         Characteristic length [m].
     tolerance : Tolerance
-    present : sequence of (..., q) arrays of bool, or None
-        Which columns of each J_q are there at all; None for all.
 
     Examples
     --------
@@ -120,14 +117,7 @@ def block_compliance(
     (2.0, (6, 4))
     """
     legs = [
-        leg_wrenches(
-            J_q,
-            loads_of_compliance(C, length),
-            length,
-            tolerance,
-            None if present is None else present[i],
-        )
-        for i, (C, J_q) in enumerate(branches)
+        leg_wrenches(J_q, loads_of_compliance(C, length), length, tolerance) for C, J_q in branches
     ]
     return block_of(legs, length, tolerance)
 

@@ -124,7 +124,7 @@ def place_leg_at_joints(
         Whether masses of parts are placed.
     """
     q = np.array(q, dtype=object)
-    way = Way.of(leg.chain, q, turned, weighs=weighs)
+    way = Way(leg.chain, q, turned, weighs=weighs)
     walk = ChainWalk(tidy_numbers(leg.base.R), tidy_point(leg.base.p), way)
     walk.along(leg.chain)
     R = walk.R @ np.array(leg.attachment.R, dtype=object).T
@@ -146,7 +146,7 @@ class _Layout(ChainWalk):
 
     def __init__(self, site: Site, closed: ClosedLeg, *, weighs: bool) -> None:
         chain = site.leg.chain
-        way = Way.of(chain, chain.zero, weighs=weighs)
+        way = Way(chain, chain.zero, weighs=weighs)
         super().__init__(np.eye(3, dtype=int), np.zeros(3, dtype=int), way)
         self.site, self.closed = site, closed
         self.joints = 0  # of the main path that are passed

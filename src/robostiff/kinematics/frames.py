@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import InitVar, dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -119,7 +119,7 @@ def place_chain(
         Axes behind ball joints that do not come from their coordinates, by the first of their
         places.
     """
-    walk = ChainWalk(R_base, p_base, Way.of(chain, q, turned))
+    walk = ChainWalk(R_base, p_base, Way(chain, q, turned))
     walk.along(chain)
 
     def each(R: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -138,9 +138,10 @@ Placing = Callable[[], tuple[np.ndarray, np.ndarray]]
 class Way:
     """Common state of the walks along a chain and the branches of its blocks."""
 
-    q: np.ndarray  # of the joints
-    given: np.ndarray  # coordinates by which they move, alike where no joints are coupled
-    turned: Mapping[int, np.ndarray] = field(default_factory=dict)  # axes behind some ball joints
+    chain: InitVar[Chain]  # the whole
+    given: np.ndarray  # its coordinates
+    turned: Mapping[int, np.ndarray] | None = None  # axes behind some ball joints
+    q: np.ndarray = field(init=False)  # of the joints, alike where none are coupled
     place: int = 0  # of the next coordinate
     loops: list[Loop] = field(default_factory=list)
     last: str | None = None  # the part that has been placed last, of a block in its first branch
@@ -149,18 +150,8 @@ class Way:
     bodies: dict[str, tuple[Placing, str | None]] = field(default_factory=dict)
     weighs: bool = False  # whether masses of parts are placed
 
-    @classmethod
-    def of(
-        cls,
-        chain: Chain,
-        coordinates: np.ndarray,
-        turned: Mapping[int, np.ndarray] | None = None,
-        *,
-        weighs: bool = False,
-    ) -> Self:
-        """The way along a whole chain at its coordinates."""
-        q = chain.joint_coordinates(coordinates)
-        return cls(q, coordinates, turned or {}, weighs=weighs)
+    def __post_init__(self, chain: Chain) -> None:
+        self.q = chain.joint_coordinates(self.given)
 
 
 class ChainWalk:
@@ -284,7 +275,7 @@ class ChainWalk:
         if joint.kind is JointKind.SPHERICAL:
             for i, screw in enumerate(joint.freedoms):
                 self.freedom(f"{joint.name}[{i}]", screw, joint.role, q[..., i])
-            known = self.way.turned.get(self.way.place - joint.size)
+            known = (self.way.turned or {}).get(self.way.place - joint.size)
             self.R = product(self.R, turn_by_vector(q)) if known is None else known
             return
         for i, screw in enumerate(joint.freedoms):

@@ -260,11 +260,9 @@ def _with_home(chain: Chain, q: Iterator[float]) -> Chain:
 
     def at(element: Element) -> Element:
         if isinstance(element, Joint):
-            home = tuple(_kept(given, next(q)) for given in element.home)
-            return replace(element, home=home, home_given=element.home_given)
+            return replace(element, home=tuple(_kept(given, next(q)) for given in element.home))
         if isinstance(element, Telescope):
-            home = _kept(element.home, next(q))
-            return replace(element, home=home, home_given=element.home_given)
+            return replace(element, home=_kept(element.home, next(q)))
         if isinstance(element, ParallelBlock):
             own = (replace(one, chain=_with_home(one.chain, q)) for one in element.branches)
             return replace(element, branches=tuple(own))

@@ -291,9 +291,8 @@ def in_groups(
     for i, thing in enumerate(things):
         own = next((group for group in groups if alike(things[group[0]], thing)), None)
         if own is None:
-            groups.append([i])
-        else:
-            own.append(i)
+            groups.append(own := [])
+        own.append(i)
     return [tuple(group) for group in groups]
 
 
@@ -334,12 +333,9 @@ def _as_one(legs: Sequence[PlacedLeg], axes: int) -> PlacedLeg:
     first = legs[0]
     if len(legs) == 1:
         return first
-    elements = zip(*(leg.elements for leg in legs), strict=True)
-    return PlacedLeg(
-        first.name,
-        tuple(_one_element(alike, axes) for alike in elements),
-        beside([leg.end for leg in legs], axes, 1),
-    )
+    each = zip(*(leg.elements for leg in legs), strict=True)
+    elements = tuple(_one_element(alike, axes) for alike in each)
+    return PlacedLeg(first.name, elements, beside([leg.end for leg in legs], axes, 1))
 
 
 def _one_element(alike: Sequence[Any], axes: int) -> Any:

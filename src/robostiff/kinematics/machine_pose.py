@@ -102,9 +102,8 @@ def coordinates_of_drives(
         batch = np.broadcast_shapes(*(own.shape[:-1] for own in parts.values()))
     except ValueError:
         shapes = ", ".join(f"{own.shape[:-1]} of {name!r}" for name, own in parts.items())
-        raise InputError(
-            subject, got=Words(shapes), expected="as many poses for each joint"
-        ) from None
+        expected = "as many poses for each joint"
+        raise InputError(subject, got=Words(shapes), expected=expected) from None
     each = [np.broadcast_to(own, (*batch, own.shape[-1])) for own in parts.values()]
     return np.concatenate([np.zeros((*batch, 0)), *each], axis=-1)
 

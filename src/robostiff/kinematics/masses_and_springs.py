@@ -47,7 +47,7 @@ def placed_with_masses(
     name: str, chain: Chain, q: np.ndarray, R: np.ndarray, p: np.ndarray
 ) -> PlacedLeg:
     """A chain of coordinates q (..., size) in the world, its masses in place; it begins at R, p."""
-    walk = ChainWalk(R, p, Way.of(chain, q, weighs=True))
+    walk = ChainWalk(R, p, Way(chain, q, weighs=True))
     walk.along(chain)
     return walk.leg(name)
 
@@ -113,7 +113,7 @@ def bodies_of(posture: Posture) -> dict[str, PlacedBody]:
         PLATFORM: PlacedBody(PLATFORM, turn_by_vector(pose[:, 3:]), pose[:, :3]),
     }
     for leg, q in zip(posture.robot.in_floats.legs, posture.coordinates, strict=True):
-        way = Way.of(leg.chain, q)
+        way = Way(leg.chain, q)
         ChainWalk(leg.base.R, leg.base.p, way).along(leg.chain)
         for name, (placing, part) in way.bodies.items():
             own = BASE if part is None else f"{leg.name}/{part}"

@@ -150,12 +150,9 @@ def check_is_not_posed(robot: Any, pose: object) -> None:
     """Raise for a pose of a snapshot or a network."""
     if pose is not None:
         kind = type(robot).__name__.lower()
-        raise InputError(
-            f"pose of {kind} {robot.name!r}",
-            got=pose,
-            expected=f"none: a {kind} is frozen at its own pose",
-            hint="describe the robot in a model file, or use rs.load_linkage, to move it",
-        )
+        expected = f"none: a {kind} is frozen at its own pose"
+        hint = "describe the robot in a model file, or use rs.load_linkage, to move it"
+        raise InputError(f"pose of {kind} {robot.name!r}", got=pose, expected=expected, hint=hint)
 
 
 def coordinate_units(robot: Robot) -> tuple[str, ...]:
@@ -222,12 +219,9 @@ def requested_pose(robot: Robot, pose: Pose, home: np.ndarray | None = None) -> 
     given = as_floats(f"pose of {robot.name!r}", pose, expected, units)
     fits = {len(names), 6} if names or not robot.is_posed_by_joints else {6}
     if given.ndim == 0 or given.shape[-1] not in fits:
-        raise InputError(
-            f"shape of the pose of {robot.name!r}",
-            got=given.shape,
-            expected=expected,
-            hint=_HINT if _may_be_joints(robot, given) else None,
-        )
+        subject = f"shape of the pose of {robot.name!r}"
+        hint = _HINT if _may_be_joints(robot, given) else None
+        raise InputError(subject, got=given.shape, expected=expected, hint=hint)
     batch = given.shape[:-1]
     rows = given.reshape(math.prod(batch), given.shape[-1])
     if rows.shape[-1] == 6:

@@ -153,12 +153,9 @@ class PostureFinder:
         robot, close, chains, undetermined = self.robot, None, None, None
         if request.by is Given.JOINTS:
             if near is not None:
-                raise InputError(
-                    f"near of {robot.name!r}",
-                    got=near,
-                    expected="none: joint coordinates pose this arm, and determine its posture",
-                    hint="near=... chooses among the postures at a pose of the platform",
-                )
+                expected = "none: joint coordinates pose this arm, and determine its posture"
+                hint = "near=... chooses among the postures at a pose of the platform"
+                raise InputError(f"near of {robot.name!r}", got=near, expected=expected, hint=hint)
             (leg,), q, elsewhere = robot.legs, [request.coordinates], None
             chains = [place_chain(leg.chain, q[0], leg.base.R, leg.base.p)]
             R, p = platform_at_end(leg, chains[0])
@@ -486,9 +483,7 @@ def postures(robot: Robot, pose: Pose = None) -> dict[str, tuple[LegPosture, ...
     for solver in finder.solvers:
         modes, q = solver.that_close(at)
         home = getattr(solver.closed_form, "mode", None)
-        own = [
-            LegPosture(solver.leg.name, coordinates, mode, mode == home)
-            for mode, coordinates in zip(modes, q, strict=True)
-        ]
-        found[solver.leg.name] = tuple(sorted(own, key=lambda one: not one.of_home))
+        name, each = solver.leg.name, zip(modes, q, strict=True)
+        own = [LegPosture(name, coordinates, mode, mode == home) for mode, coordinates in each]
+        found[name] = tuple(sorted(own, key=lambda one: not one.of_home))
     return found

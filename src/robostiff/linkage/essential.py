@@ -215,12 +215,10 @@ def branches_of_linkage(
         R, p = frame_of(c.a)
         return R @ c.before.R, p + R @ c.before.p
 
-    q = {
-        c.name: np.array([one.coordinates.get(c.name, ()) for one in samples]).reshape(
-            len(samples), c.chain.size
-        )
-        for c in part.connections
-    }
+    q = {}
+    for c in part.connections:
+        rows = np.array([one.coordinates.get(c.name, ()) for one in samples])
+        q[c.name] = rows.reshape(len(samples), c.chain.size)
     legs, ends, number = [], [], {part.base: 0, part.platform: 1}
     for a, b, path in placed_branches(part, q, start_of):
         elements = [

@@ -150,19 +150,13 @@ class Linkage(Symbolic, Subject):
         check_distinct("name of the connection", names)
         for connection in self.connections:
             if connection.a == connection.b:
-                raise InputError(
-                    f"bodies of {connection.name!r}",
-                    got=connection.a,
-                    expected="two different bodies",
-                )
+                subject = f"bodies of {connection.name!r}"
+                raise InputError(subject, got=connection.a, expected="two different bodies")
         for what, body in (("base", self.base), ("platform", self.platform)):
             if body not in self.bodies:
-                raise InputError(
-                    what,
-                    got=body,
-                    expected="a body that is connected with others",
-                    hint="floating joints connect nothing",
-                )
+                expected = "a body that is connected with others"
+                hint = "floating joints connect nothing"
+                raise InputError(what, got=body, expected=expected, hint=hint)
         if strange := sorted(self.held.difference(names)):
             raise InputError("held joints", got=strange, expected="joints of the linkage")
 
@@ -205,18 +199,13 @@ class Linkage(Symbolic, Subject):
             For a name that is no joint's, and for numbers that are not finite or too many or few.
         """
         self.check_names(values)
-        sizes = {joint.name: joint.size for joint in self.joints}
+        found, sizes = {}, {joint.name: joint.size for joint in self.joints}
         for name, value in values.items():
-            refuse_quantities(f"coordinates of {name!r}", value, "finite numbers [m, rad]")
-        return {
-            name: np.array(
-                finite_coordinates(
-                    f"coordinates of {name!r}", np.atleast_1d(value).tolist(), sizes[name]
-                ),
-                dtype=float,
-            )
-            for name, value in values.items()
-        }
+            subject = f"coordinates of {name!r}"
+            refuse_quantities(subject, value, "finite numbers [m, rad]")
+            numbers = finite_coordinates(subject, np.atleast_1d(value).tolist(), sizes[name])
+            found[name] = np.array(numbers, dtype=float)
+        return found
 
 
 _ROUND = np.diag([-1, 1, -1])  # half a turn about y
@@ -428,10 +417,7 @@ class LoopsOfLinkage:
 
     def _where_closed(self, found: Followed, lost: bool = False) -> list[Configuration]:
         pairs = zip(self.configurations(found.x), found.elsewhere, strict=True)
-        return [
-            replace(one, elsewhere=lost or bool(elsewhere), closes_at_home=True)
-            for one, elsewhere in pairs
-        ]
+        return [replace(one, elsewhere=lost or bool(x), closes_at_home=True) for one, x in pairs]
 
     def _turn_by_turn(self, given: np.ndarray) -> Configuration:
         """Along the path from home in parts in which no joint that is given turns far."""
@@ -440,9 +426,8 @@ class LoopsOfLinkage:
         turned = np.max(np.abs(given - begin)[loops.tree.turns[loops.given]], initial=0.0)
         if turned > _FURTHEST:
             most = f"at most {_FURTHEST:g} rad from home"
-            raise InputError(
-                "turn of a joint that screws follow", got=f"{turned:.6g} rad", expected=most
-            )
+            subject = "turn of a joint that screws follow"
+            raise InputError(subject, got=f"{turned:.6g} rad", expected=most)
         parts = max(1, math.ceil(turned / PART_OF_A_TURN))
         for k in range(1, parts):
             found = mode.at((begin + (given - begin) * (k / parts))[None])

@@ -49,9 +49,8 @@ def record_linkage_closure(
     q = coordinates(driven, record, (*driven.driving, *following))
     tree, moving = bodies.tree, {}
     for c in following:
-        moving |= zip(
-            bodies.places[c.name][0], ({name: 1} for name in c.coordinate_names), strict=True
-        )
+        rates = ({name: 1} for name in c.coordinate_names)
+        moving |= zip(bodies.places[c.name][0], rates, strict=True)
     found = [*openings(tree, tree.placed(bodies.row(q)), moving, length)]
     unknowns = [name for rates in moving.values() for name in rates]
     parts = independent_parts(unknowns, [opening.rates for opening in found])
@@ -132,9 +131,8 @@ def record_linkage(
     R, p = placed.at(bodies.frames[part.platform])
     reference = p + R @ part.reference_point
     reference = np.array([record.simplify(x, driven.home.length) for x in reference])
-    length = (
-        network_of(driven.part.numeric, driven.home).characteristic_length or driven.home.length
-    )
+    network = network_of(driven.part.numeric, driven.home)
+    length = network.characteristic_length or driven.home.length
     recorder = LegRecorder(record, reference, Space.SPATIAL, length)
 
     def start_of(c: Connection) -> tuple[np.ndarray, np.ndarray]:

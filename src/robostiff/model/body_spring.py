@@ -102,12 +102,9 @@ class BodySpring:
                     f"stiffness of {subject}", got=number, expected="zero or more [N/m]"
                 )
         if self.stiffness == 0 and self.preload is None:
-            raise InputError(
-                f"stiffness of {subject}",
-                got=0,
-                expected="more than zero [N/m]",
-                hint="a constant force is stiffness 0 with a preload",
-            )
+            expected = "more than zero [N/m]"
+            hint = "a constant force is stiffness 0 with a preload"
+            raise InputError(f"stiffness of {subject}", got=0, expected=expected, hint=hint)
 
 
 def refuse_springs(name: str, springs: Sequence[Any], subject: str) -> None:

@@ -156,9 +156,8 @@ class CableRobot(Subject):
         object.__setattr__(self, "home", Frame.of(self.home))
         object.__setattr__(self, "cables", tuple(self.cables))
         if not self.cables:
-            raise InputError(
-                f"cable robot {self.name!r}", got=Words("no cable"), expected="at least one"
-            )
+            expected = "at least one"
+            raise InputError(f"cable robot {self.name!r}", got=Words("no cable"), expected=expected)
         names = self.cable_names
         check_distinct("names of the cables", names)
         if not 0 <= self.tension_level <= 1:

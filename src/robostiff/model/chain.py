@@ -67,12 +67,9 @@ class ParallelBlock:
     def __post_init__(self) -> None:
         names = [branch.name for branch in self.branches]
         if len(names) < 2:
-            raise InputError(
-                f"branches of block {self.name!r}",
-                got=names,
-                expected="at least two",
-                hint="elements of a single branch belong into the chain itself",
-            )
+            subject = f"branches of block {self.name!r}"
+            hint = "elements of a single branch belong into the chain itself"
+            raise InputError(subject, got=names, expected="at least two", hint=hint)
         check_distinct(f"names of the branches of {self.name!r}", names)
 
 
@@ -103,12 +100,9 @@ def parallelogram(chain: Chain, across: Entries, *, name: str = "parallelogram")
     """
     shift = vector3(f"across of {name!r}", across)
     if not np.any(shift):
-        raise InputError(
-            f"across of {name!r}",
-            got=across,
-            expected="a vector from the first bar to the second",
-            hint="two bars in one place are one bar of twice the stiffness",
-        )
+        expected = "a vector from the first bar to the second"
+        hint = "two bars in one place are one bar of twice the stiffness"
+        raise InputError(f"across of {name!r}", got=across, expected=expected, hint=hint)
     identity = np.eye(3, dtype=int) if shift.dtype == object else np.eye(3)
     sides = [Frame(identity, -shift / 2), Frame(identity, shift / 2)]
     return ParallelBlock(
@@ -210,12 +204,8 @@ class Chain:
     @cached_property
     def own_places(self) -> tuple[int, ...]:
         """Places of the coordinates of its own joints, those of parallel blocks left out."""
-        return tuple(
-            part.first + i
-            for part in self._parts
-            if not isinstance(part.element, Chain)
-            for i in range(part.element.size)
-        )
+        own = (part for part in self._parts if not isinstance(part.element, Chain))
+        return tuple(part.first + i for part in own for i in range(part.element.size))
 
     def _own_moving(self) -> Iterator[tuple[Joint | Telescope, int]]:
         """Its own joints, with the places of their first coordinates among `own_places`."""
@@ -234,9 +224,8 @@ class Chain:
         coupled = {name for coupling in self.couplings for name, _ in coupling.terms}
         for element, place in self._own_moving():
             if element.name in joints and element.name in coupled:
-                raise InputError(
-                    "name of a coupled joint", got=element.name, expected="each name once"
-                )
+                subject = "name of a coupled joint"
+                raise InputError(subject, got=element.name, expected="each name once")
             joints[element.name] = place, element
         return transmission(joints, len(self.own_places), self.couplings)
 

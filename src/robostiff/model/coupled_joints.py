@@ -114,12 +114,9 @@ def coupling(
         left out.
     """
     if not is_formula(ratio) and ratio == 0:
-        raise InputError(
-            f"ratio of {joint!r} to {follows!r}",
-            got=ratio,
-            expected="a number other than 0",
-            hint="a joint that does not move is locked",
-        )
+        subject = f"ratio of {joint!r} to {follows!r}"
+        hint = "a joint that does not move is locked"
+        raise InputError(subject, got=ratio, expected="a number other than 0", hint=hint)
     return Coupling(((joint, 1.0), (follows, -ratio)), Locked(stiffness), offset, name)
 
 
@@ -213,19 +210,13 @@ def _follower(
     turns = joints[relation.terms[0][0]][1].freedoms[0].turns
     passive = [name for name in row if isinstance(joints[name][1].role, Passive)]
     if not any(isinstance(joints[name][1].role, Passive) for name in factors):
-        raise InputError(
-            f"roles of {', '.join(map(repr, factors))} in {relation.name!r}",
-            got=Words("no passive joint"),
-            expected="role: passive of a joint that follows the others",
-        )
+        subject = f"roles of {', '.join(map(repr, factors))} in {relation.name!r}"
+        expected = "role: passive of a joint that follows the others"
+        raise InputError(subject, got=Words("no passive joint"), expected=expected)
     in_order = [*factors, *(name for name in row if name not in factors)]
-    candidates = [
-        name
-        for name in in_order
-        if name in passive
-        and name not in taken
-        and not _is_nothing(row[name], 0.0 if is_formula(x := factors.get(name, 1.0)) else abs(x))
-    ]
+    sizes = {name: 0.0 if is_formula(x) else abs(x) for name, x in factors.items()}
+    open_ = (name for name in in_order if name in passive and name not in taken)
+    candidates = [x for x in open_ if not _is_nothing(row[x], sizes.get(x, 1.0))]
     if not candidates:
         raise InputError(
             relation.name,

@@ -348,12 +348,9 @@ def _number(formula: Any, values: Mapping[Any, Any]) -> float:
     except ArithmeticError:  # complex, or infinite
         number = np.nan
     if not np.isfinite(number):
-        raise InputError(
-            "formula of the robot at these values",
-            got=str(formula),
-            expected="a real finite number",
-            hint="choose other values",
-        )
+        subject = "formula of the robot at these values"
+        expected = "a real finite number"
+        raise InputError(subject, got=str(formula), expected=expected, hint="choose other values")
     return number
 
 

@@ -88,9 +88,8 @@ class FlexiblePlatform:
             (f"node of {part.name!r}", name) for part in self.parts for name in (part.a, part.b)
         ]:
             if name not in names:
-                raise InputError(
-                    f"{subject} of the platform", got=name, expected=f"a node: {', '.join(names)}"
-                )
+                expected = f"a node: {', '.join(names)}"
+                raise InputError(f"{subject} of the platform", got=name, expected=expected)
         for part in self.parts:
             if part.a == part.b:
                 raise InputError(
@@ -125,9 +124,8 @@ class FlexiblePlatform:
         if name is not None:
             names = [node.name for node in self.nodes]
             if name not in names:
-                raise InputError(
-                    "node that holds the leg", got=name, expected=f"a node: {', '.join(names)}"
-                )
+                subject = "node that holds the leg"
+                raise InputError(subject, got=name, expected=f"a node: {', '.join(names)}")
             return name
         numbers = [np.abs(node.at).max() for node in self.nodes if node.at.dtype != object]
         allowed = _SAME_PLACE * max(numbers, default=0.0)
@@ -200,14 +198,12 @@ class PlacedPlatform(BatchedPart):
     @property
     def masses(self) -> dict[str, tuple[PlacedMass, ...]]:
         """Those of its parts in the world at one pose, by the names of the parts."""
-        return {
-            part.name: tuple(
-                PlacedMass(part.name, mass.value, 0.5 * (a + b), 0, a, (0.0, 1.0))
-                for mass in part.masses
-            )
-            for part in self.platform.parts
-            for a, b in [[self.in_world(self.platform.point_of(n)) for n in (part.a, part.b)]]
-        }
+        found: dict[str, tuple[PlacedMass, ...]] = {}
+        for part in self.platform.parts:
+            a, b = (self.in_world(self.platform.point_of(node)) for node in (part.a, part.b))
+            along = 0.5 * (a + b), 0, a, (0.0, 1.0)
+            found[part.name] = tuple(PlacedMass(part.name, m.value, *along) for m in part.masses)
+        return found
 
     def in_world(self, point: np.ndarray) -> np.ndarray:
         """A point of the platform frame (3,) in the world (..., 3) [m]."""

@@ -68,9 +68,8 @@ class Actuated:
             refuse_quantities("limits of the drive", self.limits, "lowest < highest [m or rad]")
             low, high = self.limits
             if not (np.isfinite(low) and np.isfinite(high) and low < high):
-                raise InputError(
-                    "limits of the drive", got=self.limits, expected="lowest < highest"
-                )
+                subject = "limits of the drive"
+                raise InputError(subject, got=self.limits, expected="lowest < highest")
             if isinstance(self.stiffness, StiffnessLaw):
                 self.stiffness.check(self.limits)
 

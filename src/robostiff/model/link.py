@@ -189,11 +189,9 @@ class Telescope:
             object.__setattr__(self, "home", 0.0)
         excess = sum(beam.share for beam in self.beams) - 1
         if self.beams and (is_above(excess, 1e-9) or is_above(-excess, 1e-9)):
-            raise InputError(
-                "shares of the telescope's beams",
-                got=[beam.share for beam in self.beams],
-                expected="shares that add up to 1",
-            )
+            subject = "shares of the telescope's beams"
+            expected = "shares that add up to 1"
+            raise InputError(subject, got=[beam.share for beam in self.beams], expected=expected)
 
     @property
     def freedoms(self) -> tuple[Screw]:
@@ -281,11 +279,9 @@ def beam_link(
         When `to` is zero, or the section needs a `y_axis` (Iy and Iz differ) and has none.
     """
     if y_axis is None and not section_is_isotropic(section):
-        raise InputError(
-            f"y axis of the section of {name}",
-            expected="a direction, because Iy and Iz differ",
-            hint="write y_axis: [0, 0, 1] or the like",
-        )
+        subject = f"y axis of the section of {name}"
+        expected = "a direction, because Iy and Iz differ"
+        raise InputError(subject, expected=expected, hint="write y_axis: [0, 0, 1] or the like")
     to = vector3("end of the beam", to)
     if any(True for _ in formulas((material, section))):
         to = exact_array(to)

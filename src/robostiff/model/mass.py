@@ -124,12 +124,8 @@ class Mass:
     ) -> tuple[PlacedMass, ...]:
         """In the world, where its frame has axes R and origin p: one mass, with an inertia six."""
         c = np.zeros(3) if self.centre is None else self.centre
-        return tuple(
-            PlacedMass(
-                name, np.asarray(value), p + np.einsum("...ij,j->...i", R, c + arm), after, start
-            )
-            for value, arm in self.points
-        )
+        places = ((value, p + np.einsum("...ij,j->...i", R, c + arm)) for value, arm in self.points)
+        return tuple(PlacedMass(name, np.asarray(x), at, after, start) for x, at in places)
 
     @property
     def points(self) -> tuple[tuple[Any, np.ndarray], ...]:

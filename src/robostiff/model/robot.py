@@ -154,9 +154,8 @@ class Robot(Symbolic, Subject):
         if self.home is not None:
             object.__setattr__(self, "home", Frame.of(self.home))
         if not self.legs:
-            raise InputError(
-                f"robot {self.name!r}", got=Words("no leg"), expected="at least one leg"
-            )
+            subject = f"robot {self.name!r}"
+            raise InputError(subject, got=Words("no leg"), expected="at least one leg")
         check_distinct("names of the legs", [leg.name for leg in self.legs])
         if not any(leg.chain.has_compliance for leg in self.legs) and not self.springs:
             self.legs[0].check_has_compliance()

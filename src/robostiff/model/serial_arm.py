@@ -200,9 +200,8 @@ def _checked_rows(dh: Sequence[DHRow]) -> list[DHRow]:
                 "order of the four",
             )
     if not rows:
-        raise InputError(
-            "table of Denavit and Hartenberg", got=Words("no row"), expected="a row a joint"
-        )
+        subject = "table of Denavit and Hartenberg"
+        raise InputError(subject, got=Words("no row"), expected="a row a joint")
     names = [row.name or f"joint{number}" for number, row in enumerate(rows, start=1)]
     check_distinct("names of the joints", names)
     if not any(is_formula(getattr(row, key)) for row in rows for key in _UNITS):

@@ -90,9 +90,8 @@ class StiffnessLaw:
 
     def from_rest(self, x0: float) -> ForceFromStiffness:
         """Force by the motion from the coordinate x0."""
-        a, b = (
-            np.poly1d(np.array(part, dtype=float)) for part in (self.numerator, self.denominator)
-        )
+        parts = (np.array(part, dtype=float) for part in (self.numerator, self.denominator))
+        a, b = map(np.poly1d, parts)
         return ForceFromStiffness(a, b, float(x0))
 
 

@@ -246,11 +246,9 @@ def beam_between(
     start, end = vector3("start of the beam", a.point), vector3("end of the beam", b.point)
     along = end - start
     if along @ along == 0.0:
-        raise InputError(
-            f"beam {name!r} from {a.name!r} to {b.name!r}",
-            got=Words("two nodes at one point"),
-            expected="nodes at different points",
-        )
+        subject = f"beam {name!r} from {a.name!r} to {b.name!r}"
+        expected = "nodes at different points"
+        raise InputError(subject, got=Words("two nodes at one point"), expected=expected)
     if not (isinstance(material, Material) and isinstance(section, CrossSection)):
         beam_compliance(1.0, material, section, theory)  # says what is wrong
     theory.shear_factors(section)

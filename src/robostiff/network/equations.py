@@ -199,11 +199,8 @@ def _springs(
     S = 0.5 * (S + np.swapaxes(S, 1, 2))
     below = np.min(np.linalg.eigvalsh(S), axis=-1, initial=0.0)
     for k in np.flatnonzero(below < -_SYMMETRY * np.trace(C_scaled, axis1=1, axis2=2))[:1]:
-        raise InputError(
-            f"compliance of {elements[k].name!r}",
-            got=C[k],
-            expected="a positive semidefinite matrix",
-        )
+        subject = f"compliance of {elements[k].name!r}"
+        raise InputError(subject, got=C[k], expected="a positive semidefinite matrix")
     diagonal = np.einsum("...ii->...i", S)
     unit = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     # Entries beside zeros of the diagonal are zeros, too.
@@ -322,11 +319,8 @@ def equations_of(network: Network, tolerance: Tolerance) -> Equations:
     network.
     """
     if not any(network.elements):
-        raise InputError(
-            f"network {network.name!r}",
-            got=Words("no element"),
-            expected="beams, springs or joints",
-        )
+        subject = f"network {network.name!r}"
+        raise InputError(subject, got=Words("no element"), expected="beams, springs or joints")
     # The middle of the attachments of each body; for the platform the reference point, if near.
     numbers, attached = network.attachments
     count, total = np.zeros(len(network.nodes)), np.zeros((len(network.nodes), 3))

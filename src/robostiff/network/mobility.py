@@ -54,11 +54,8 @@ def sparse_null_space(G: csc_array, tolerance: Tolerance) -> tuple[np.ndarray, b
     from scipy.sparse.linalg import splu
 
     rows, columns = cast("tuple[int, int]", G.shape)
-    lu = splu(
-        block_array(
-            [[-_FIRM * eye_array(rows), G], [G.T, _FAINT * eye_array(columns)]], format="csc"
-        )
-    )
+    firm, faint = -_FIRM * eye_array(rows), _FAINT * eye_array(columns)
+    lu = splu(block_array([[firm, G], [G.T, faint]], format="csc"))
     rng = np.random.default_rng(0)
     size = min(columns, _FIRST_BLOCK)
     while True:

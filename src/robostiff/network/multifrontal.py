@@ -192,10 +192,8 @@ def _panels(K: tuple[np.ndarray, np.ndarray, np.ndarray], pieces: Sequence[int])
         bodies = np.unique(np.concatenate([numbers, rows[given], *(of for of, _ in children)]))
         # Columns of the front from the diagonal down, its own and some of the others after others
         starts = [0, *range(size, len(bodies), _STRIP)]
-        strips = [
-            np.zeros((n * (len(bodies) - a), n * (b - a)))
-            for a, b in pairwise([*starts, len(bodies)])
-        ]
+        ends = pairwise([*starts, len(bodies)])
+        strips = [np.zeros((n * (len(bodies) - a), n * (b - a))) for a, b in ends]
         row, column = np.searchsorted(bodies, rows[given]), columns[given] - numbers[0]
         strips[0].reshape(len(bodies), n, size, n)[row, :, column] = blocks[given]
         while children:

@@ -92,9 +92,8 @@ class Network(FrozenSubject):
             if not (element.a in known and element.b in known):
                 _check_known(f"node of {element.name!r}", (element.a, element.b), known)
             if element.a == element.b:
-                raise InputError(
-                    f"nodes of {element.name!r}", got=element.a, expected="two different nodes"
-                )
+                subject = f"nodes of {element.name!r}"
+                raise InputError(subject, got=element.a, expected="two different nodes")
         if not self.fixed:
             raise InputError("fixed nodes", got=Words("none"), expected="at least one")
         if self.platform in self.fixed:
@@ -182,6 +181,5 @@ class Network(FrozenSubject):
 def _check_known(what: str, names: Iterable[str], known: set[str]) -> None:
     for name in names:
         if name not in known:
-            raise InputError(
-                what, got=name, expected=f"the name of a node: {', '.join(sorted(known)[:12])}"
-            )
+            expected = f"the name of a node: {', '.join(sorted(known)[:12])}"
+            raise InputError(what, got=name, expected=expected)

@@ -277,13 +277,8 @@ def condensed_system(
     points = np.array([*equations.points.values()])
     places = (points - points.min(axis=0)) / (_NEAR * equations.length)
     places = np.column_stack([np.round(places), np.arange(len(points))]).astype(int)
-    pairs = np.concatenate(
-        [
-            own.nodes[:, ends]
-            for own in matrix.parts
-            for ends in combinations(range(own.nodes.shape[1]), 2)
-        ]
-    )
+    pairs = [pair for own in matrix.parts for pair in combinations(own.nodes.T, 2)]
+    pairs = np.concatenate([np.stack(pair, axis=1) for pair in pairs])
     pairs = pairs[np.all(is_free[pairs], axis=1)]
     pieces = [*dissection(bodies, pairs, places), np.array([platform])]
     order = np.concatenate(pieces)

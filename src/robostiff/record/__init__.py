@@ -32,7 +32,6 @@ from robostiff.record.program import Program as Program
 from robostiff.record.record import NUMPY_FUNCTIONS as NUMPY_FUNCTIONS
 from robostiff.record.record import OPERATORS as OPERATORS
 from robostiff.record.record import Entry as Entry
-from robostiff.record.record import Number as Number
 from robostiff.record.record import Operation as Operation
 from robostiff.record.record import Record as Record
 from robostiff.record.record import is_number as is_number

@@ -13,7 +13,6 @@ from robostiff.recorded.factor import inverse_entries as inverse_entries
 from robostiff.recorded.flags import flags_of as flags_of
 from robostiff.recorded.leg import LegRecorder as LegRecorder
 from robostiff.recorded.leg import RecordedLeg as RecordedLeg
-from robostiff.recorded.leg import stiffness_entries as stiffness_entries
 from robostiff.recorded.parameters import entry_reader as entry_reader
 from robostiff.recorded.parameters import parameter_samples as parameter_samples
 from robostiff.recorded.parameters import sample_postures as sample_postures

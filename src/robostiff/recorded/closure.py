@@ -149,9 +149,8 @@ class RecordedClosure(RecordedSteps):
     @property
     def following(self) -> list[str]:
         """What follows from the inputs: coordinates of the legs, and unknowns."""
-        return [
-            name for name in dict.fromkeys((*self.joints, *self.start)) if name not in self.inputs
-        ]
+        names = dict.fromkeys((*self.joints, *self.start))
+        return [name for name in names if name not in self.inputs]
 
     def rates(self, by: str) -> Program:
         """Rates of what follows, in a closed posture, when one input changes.
@@ -178,11 +177,8 @@ class RecordedClosure(RecordedSteps):
         if by not in self.inputs:
             raise InputError("derivative", got=by, expected=", ".join(self.inputs))
         known = set(record.inputs)
-        rates: dict[str, Any] = {
-            name: record.add_input(rate_name(name, by), 1.0)
-            for name in self.following
-            if name in known
-        }
+        moving = [name for name in self.following if name in known]
+        rates: dict[str, Any] = {x: record.add_input(rate_name(x, by), 1.0) for x in moving}
         return rates | ({by: 1} if by in known else {})
 
     def at_end(self, program: Program) -> Program:

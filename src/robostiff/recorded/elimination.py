@@ -83,14 +83,10 @@ def local_leg(leg: PlacedLeg, frame: WorkingFrame, record: Record, length: float
                 drives.append((twist, element.stiffness))
             continue
         p = [record.simplify(x, length) for x in turned_back(frame.R, element.point - frame.p)]
-        R = np.array(
-            [
-                [record.simplify(dot(frame.R[:, i], element.rotation[:, k])) for k in range(3)]
-                for i in range(3)
-            ],
-            dtype=object,
-        )
-        spring = LocalSpring(R, np.array(p, dtype=object), element.elasticity.compliance)
+        rows, columns = frame.R.T, element.rotation.T
+        R = [[record.simplify(dot(row, column)) for column in columns] for row in rows]
+        axes, at = np.array(R, dtype=object), np.array(p, dtype=object)
+        spring = LocalSpring(axes, at, element.elasticity.compliance)
         springs.append(spring)
         for freedom in element.elasticity.freedoms.T:
             move, turn = ([dot(row, part) for row in R] for part in (freedom[:3], freedom[3:]))

@@ -382,9 +382,5 @@ def _openings(
                 w = R_base[k] * 0 if turning is None or k < 3 else R_base.T @ turning[:, k - 3]
                 v = R_base[k] * length if k < 3 else cross(w, arm_now)
                 opening.add(name, np.array([*v, *w], dtype=object) * -1)
-    turns = {
-        i: placed.axes[i : i + 3] @ guess.turned[i]
-        for i in (x.ball for x in found)
-        if i is not None
-    }
-    return found, turns
+    balls = [opening.ball for opening in found if opening.ball is not None]
+    return found, {i: placed.axes[i : i + 3] @ guess.turned[i] for i in balls}

@@ -186,11 +186,9 @@ def closed_samples(robot: Robot, finder: PostureFinder) -> tuple[np.ndarray, lis
         chosen = robot.coordinate_places
         closed = posture_finder(other).find(posture.pose[k : k + 1, chosen])
         if not closed.reached.all():
-            raise InputError(
-                f"parameters of {robot.name!r}",
-                got=", ".join(values),
-                expected="parameters that may change a little while the legs reach the platform",
-            )
+            subject = f"parameters of {robot.name!r}"
+            expected = "parameters that may change a little while the legs reach the platform"
+            raise InputError(subject, got=", ".join(values), expected=expected)
         found.append(closed)
     legs = zip(*(closed.coordinates for closed in found), strict=True)
     return np.concatenate([one.pose for one in found]), [np.concatenate(q) for q in legs]

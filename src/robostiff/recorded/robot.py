@@ -289,9 +289,8 @@ def place_robot(
     if not by_joints and all(s.recorded_form is not None for s in finder.solvers):
         here = RobotOnEntries.of(robot, finder, by_pose=True, most=most, weighs=weighs)
         # Where a leg misses the platform at generic poses, the other coordinates must follow.
-        if all(
-            np.all(part.sample >= 0) for part in here.stiffness.reach if isinstance(part, Entry)
-        ):
+        parts = [part for part in here.stiffness.reach if isinstance(part, Entry)]
+        if all(np.all(part.sample >= 0) for part in parts):
             return here, None
     closure = None
     if not by_joints:

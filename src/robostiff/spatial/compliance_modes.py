@@ -66,8 +66,5 @@ def compliance_modes(C: Float[np.ndarray, "*batch n n"]) -> Float[np.ndarray, "*
 
 
 def _indefinite(C: np.ndarray) -> InputError:
-    return InputError(
-        "compliance of an elastic part",
-        got=C,
-        expected="a positive semidefinite matrix: a spring does not push where it is pulled",
-    )
+    expected = "a positive semidefinite matrix: a spring does not push where it is pulled"
+    return InputError("compliance of an elastic part", got=C, expected=expected)

@@ -54,12 +54,8 @@ def holds_quantities(value: Any) -> bool:
 def refuse_quantities(subject: str, value: Any, expected: str) -> None:
     """Raise an InputError where a number carries a unit that is not known to be wanted."""
     if holds_quantities(value):
-        raise InputError(
-            subject,
-            got=str(value),
-            expected=f"{expected}, without units",
-            hint="write the number of SI units: quantity.m_as(...)",
-        )
+        hint = "write the number of SI units: quantity.m_as(...)"
+        raise InputError(subject, got=str(value), expected=f"{expected}, without units", hint=hint)
 
 
 def in_si(subject: str, value: Any, expected: str, units: Units | None) -> Any:

@@ -155,12 +155,9 @@ class Frame:
         if self.R.dtype != object and not (
             np.abs(self.R.T @ self.R - np.eye(3)).max() <= 1e-6 and np.linalg.det(self.R) > 0
         ):
-            raise InputError(
-                "axes of the frame",
-                got=self.R,
-                expected="a right-handed frame: columns of unit length, perpendicular",
-                hint="write Frame.of(RigidTransform.from_components(p, rotation))",
-            )
+            expected = "a right-handed frame: columns of unit length, perpendicular"
+            hint = "write Frame.of(RigidTransform.from_components(p, rotation))"
+            raise InputError("axes of the frame", got=self.R, expected=expected, hint=hint)
 
     @classmethod
     def of(cls, value: Frame | RigidTransform) -> Frame:
@@ -174,12 +171,8 @@ class Frame:
         if isinstance(value, Frame):
             return value
         if not is_rigid_transform(value) or value.shape != ():
-            raise InputError(
-                "frame",
-                got=value,
-                expected="a Frame or one RigidTransform",
-                hint="write Frame(R, p)",
-            )
+            expected = "a Frame or one RigidTransform"
+            raise InputError("frame", got=value, expected=expected, hint="write Frame(R, p)")
         return cls(value.rotation.as_matrix(), value.translation)
 
     @classmethod
@@ -208,12 +201,9 @@ class Frame:
             When the frame holds formulas.
         """
         if object in (self.R.dtype, self.p.dtype):
-            raise InputError(
-                "matrix of a frame",
-                got=Words("formulas"),
-                expected="numbers",
-                hint="give the symbols values first",
-            )
+            subject = "matrix of a frame"
+            hint = "give the symbols values first"
+            raise InputError(subject, got=Words("formulas"), expected="numbers", hint=hint)
         T = np.eye(4)
         T[:3, :3], T[:3, 3] = self.R, self.p
         return T

@@ -38,9 +38,8 @@ class Space(Enum):
         for space in cls:
             if space.size == size:
                 return space
-        raise InputError(
-            "matrix size", got=size, expected="6 (x, y, z, rx, ry, rz) or 3 (x, y, rz)"
-        )
+        subject = "matrix size"
+        raise InputError(subject, got=size, expected="6 (x, y, z, rx, ry, rz) or 3 (x, y, rz)")
 
     @property
     def rows(self) -> tuple[int, ...]:

@@ -16,7 +16,6 @@ from robostiff.kinematics.closure.legs_alike import legs_alike as legs_alike
 from robostiff.kinematics.closure.legs_alike import reach as reach
 from robostiff.kinematics.closure.loops import ClosurePart as ClosurePart
 from robostiff.kinematics.closure.loops import Loops as Loops
-from robostiff.kinematics.closure.loops import attachment_frame as attachment_frame
 from robostiff.kinematics.closure.loops import loops_of_legs as loops_of_legs
 from robostiff.kinematics.closure.rods import Rod as Rod
 from robostiff.kinematics.closure.rods import Strut as Strut

@@ -157,10 +157,8 @@ def _wrist(a: Cluster, b: Cluster, c: Cluster) -> Cluster | None:
     s = np.cross(apart, axes[1]) @ n / (n @ n)
     W = a.point + s * axes[0]
     size = _PARALLEL * (np.linalg.norm(apart) + np.linalg.norm(W - c.point) + 1e-300)
-    off = [
-        np.linalg.norm(np.cross(e, W - own.point)) for e, own in zip(axes, (a, b, c), strict=True)
-    ]
-    if max(off) > size:
+    pairs = zip(axes, (a, b, c), strict=True)
+    if max(np.linalg.norm(np.cross(e, W - own.point)) for e, own in pairs) > size:
         return None
     places = (*a.places, *b.places, *c.places)
     return Cluster(W, axes, places, False, b.places[0])

@@ -178,10 +178,8 @@ def _is_copy(first: Branch, other: Branch) -> bool:
     if np.any(np.abs(a.home - b.home)[~a.free] > _SAME):
         return False
     q = np.where(a.free, np.random.default_rng(_SEED).uniform(-1.0, 1.0, (2, a.size)), a.home)
-    one, two = (
-        place_chain(path, q, branch.start.R, branch.start.p)
-        for path, branch in ((a, first), (b, other))
-    )
+    one = place_chain(a, q, first.start.R, first.start.p)
+    two = place_chain(b, q, other.start.R, other.start.p)
     shift, ends = other.start.p - first.start.p, other.end.p - first.end.p
     size = np.linalg.norm(shift) + np.abs(one.p - first.start.p).max() + 1e-300
     turned = max(np.abs(two.R - one.R).max(), np.abs(other.end.R - first.end.R).max())
@@ -207,9 +205,8 @@ class RootSigns:
 
 def all_modes(signs: tuple[bool, bool, bool]) -> tuple[RootSigns, ...]:
     """The modes of a closed form that has some of the three signs."""
-    return tuple(
-        RootSigns(*own) for own in combinations(*((1, -1) if two else (1,) for two in signs))
-    )
+    each = ((1, -1) if two else (1,) for two in signs)
+    return tuple(RootSigns(*own) for own in combinations(*each))
 
 
 def nearest(
@@ -305,11 +302,8 @@ def _turning(chain: Chain) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[sli
     """Places of coordinates that count full turns, their limits, and spherical joints."""
     balls = list(_balls(chain))
     of_balls = {i for place in balls for i in range(place.start, place.stop)}
-    places = [
-        i
-        for i, screw in enumerate(chain.freedoms)
-        if screw.is_rotation and i not in of_balls and chain.free[i]
-    ]
+    free = np.flatnonzero(chain.free).tolist()
+    places = [i for i in free if chain.freedoms[i].is_rotation and i not in of_balls]
     return np.array(places, dtype=int), *chain.limits[:, places], balls
 
 

@@ -187,15 +187,9 @@ class LegSolver:
         if not isinstance(form, Arm):
             return (form.mode,) if form else ()
         (meets,) = form.meeting(self.home[None])[0].T
-        own = (form.mode.root, form.mode.first, form.mode.second)
-        return tuple(
-            mode
-            for mode in all_modes(form.signs)
-            if all(
-                meet or x == y
-                for meet, x, y in zip(meets, (mode.root, mode.first, mode.second), own, strict=True)
-            )
-        )
+        own = np.array([form.mode.root, form.mode.first, form.mode.second])
+        signs = [(mode, (mode.root, mode.first, mode.second)) for mode in all_modes(form.signs)]
+        return tuple(mode for mode, other in signs if np.all(meets | (own == other)))
 
     @property
     def modes(self) -> tuple[RootSigns, ...]:
