@@ -78,7 +78,7 @@ class Mode:
 
     @cached_property
     def shares(self) -> tuple[PartShare, ...]:
-        """Energies of elastic parts, and of springs between bodies that store one; largest first."""
+        """Energies of elastic parts, and of springs between bodies that store one, by size."""
         found, legs = self.equilibrium, self.equilibrium.problem.legs
         motion = _of_legs(found.problem, self.shape)[: legs.numbers.total]
         stored = energies_of(legs, motion, np.zeros(legs.inner_modes.shape))
