@@ -207,3 +207,13 @@ def test_shares_of_the_energy_have_the_springs_between_bodies(name: str):
     first = found[0]
     assert np.isclose(2 * sum(share.energy for share in first.shares), found.squares[0], rtol=1e-6)
     assert any(share.name.startswith("springs/") for share in first.shares)
+
+
+def test_shares_of_a_mode_add_up_to_one_where_a_spring_pushes():
+    """Against the turn of the drive, from which it takes energy."""
+    found = rs.modes(pendulum(0.5, 200.0, length=2.0, drive=200.0), masses={"platform": 2.0})
+    assert found.status == rs.Status.OK
+    for mode in found:
+        assert all(0 < own.share <= 1 for own in mode.shares)
+        assert np.isclose(sum(own.share for own in mode.shares), 1.0)
+    assert all(not own.name.startswith("springs/") for own in found[0].shares)

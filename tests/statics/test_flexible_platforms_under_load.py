@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import robostiff as rs
+from robostiff.elasticity import Elasticity
 from robostiff.kinematics import with_masses
 from robostiff.model import PlatformNode, platform_beam, rigid_member
 from robostiff.network import network_of_snapshot
+from robostiff.spatial import move_compliance
 from tests.campaign.bodies import DeadPull
 from tests.campaign.minima import least
 from tests.generators.platforms import KINDS_OF_PARTS, shipped_on_platform
@@ -171,3 +173,19 @@ def test_loads_and_masses_at_nodes_are_those_of_the_network():
     own = [rs.modes(star, masses=heavy).frequencies, rs.modes(network, masses=other).frequencies]
     assert np.allclose(own[0][:20], own[1][:20], rtol=1e-8)
     assert own[0][0] < rs.modes(star).frequencies[0]
+
+
+@pytest.mark.parametrize("graph", [False, True], ids=["legs", "network"])
+def test_the_weight_of_a_spring_does_not_depend_on_the_point_of_its_matrix(star: rs.Robot, graph):
+    """An arm as a matrix about its end, and the same about a point beside it."""
+    platform, found = star.platform, []
+    assert platform is not None
+    arm = platform.parts[0]
+    for aside in ([0, 0, 0], [0.01, 0.02, -0.03]):
+        C = move_compliance(arm.elasticity.compliance, arm.axes.T @ aside)
+        moved = replace(arm, point=arm.point + aside, elasticity=Elasticity(C))
+        own = replace(platform, parts=(moved, *platform.parts[1:]))
+        snapshot = with_masses(rs.find_posture(replace(star, platform=own))).at(0)
+        robot = network_of_snapshot(snapshot) if graph else snapshot
+        found.append(rs.deflection(robot, gravity="-z").twist)
+    assert np.allclose(found[1], found[0], rtol=0, atol=1e-9 * np.abs(found[0]).max())

@@ -19,7 +19,7 @@ from robostiff.model import Mass, PlacedFreedom, PlacedLeg, PlacedMass, Snapshot
 from robostiff.network import JointElement, Network, Node, beam_between, network_of_snapshot
 from robostiff.spatial import Frame, Space
 from tests.statics.opensees_frame import frequencies
-from tests.statics.robots_under_load import column, joint
+from tests.statics.robots_under_load import beam, column, joint, loaded
 from tests.statics.test_networks_under_load import A, four_bar
 
 TURN = 2 * np.pi
@@ -425,3 +425,25 @@ def test_a_frame_vibrates_as_opensees_has_it(by_opensees):
     beams = tuple(beam_between(nodes[a], nodes[b], light, BAR, name=f"{a}{b}") for a, b in BEAMS)
     frame = Network("frame", tuple(nodes.values()), FEET, "e", nodes["e"].point, beams=beams)
     assert np.allclose(rs.modes(frame).frequencies, expected, rtol=1e-7)
+
+
+BENT = [-0.0564, 0.3017, 0.4612]  # the elastica under F = E I / L^2, and at its tip
+
+
+@pytest.mark.parametrize("graph", [False, True], ids=["legs", "network"])
+@pytest.mark.parametrize("size", [1e-5, 1e-4, 1.0, 1e3])
+def test_a_hinge_at_the_tip_of_a_beam_of_any_size(size: float, graph: bool):
+    """Its parts are in one point, so that only the beam says how large the robot is."""
+    tip, EA, EI = [size, 0, 0], 1e4, 3.0 * size**2
+    parts = beam("rod", [0, 0, 0], tip, EA, EI, EI), joint("hinge", tip, [0, 0, 1])
+    leg = PlacedLeg("leg", parts, np.array(tip))
+    robot = Snapshot("hinged", (leg,), np.array(tip), Space.PLANAR)
+    disc = rs.Mass(2.0, inertia=[0.1 * size**2] * 3)
+    subject = network_of_snapshot(robot) if graph else robot
+    found = rs.modes(subject, masses={"platform": disc}, beams=ONE)
+    exact = np.array([0, 3 * EI / size**3, EA / size]) / 2.0
+    assert np.allclose(found.squares, exact, rtol=1e-9, atol=1e-9 * exact[1])
+    alone = replace(robot, legs=(replace(leg, elements=parts[:1]),))
+    subject = network_of_snapshot(alone) if graph else alone
+    bent = loaded(subject, wrench=[0, EI / size**2, 0], beams=rs.Bowing(8))
+    assert np.allclose(bent.displacement / [size, size, 1], BENT, rtol=0, atol=1e-3)

@@ -7,7 +7,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.model import PlacedBodySpring, PlacedLeg
-from robostiff.spatial import Space
+from robostiff.spatial import Space, move_twist, move_wrench
 from tests.statics.robots_under_load import SPRINGS, joint, loaded
 from tests.statics.test_weights import arm, rod
 
@@ -113,3 +113,19 @@ def test_spring_alone_holds_a_platform():
     assert np.isclose(bent.energy, 8**2 / 400 / 2)
     assert (bent.parts[0].name, round(bent.parts[0].share, 9)) == ("springs/spring", 1.0)
     assert not rs.deflection(robot, None, [8.0, 0, 0]).has_answer
+
+
+def test_what_rigid_legs_carry_does_not_depend_on_the_point_of_the_wrench():
+    """Two legs that hold one another are loaded alike with and without loads at bodies."""
+    tip, legs = np.array([0.1, 0.2, 0.3]), []
+    for k, foot in enumerate(([0, 0, 0], [0, 0.5, 0.1])):
+        drive = joint("drive", foot, [1, 0, 0], "P", 1e5 * (1 + k))
+        legs.append(PlacedLeg(f"leg{k}", (drive, joint("hinge", foot, [0, 1, 0], "R", 1e3)), tip))
+    robot, wrench = rs.Snapshot("pair", tuple(legs), tip), np.array([100, 50, -200, 10, 5, 7.0])
+    aside = np.array([3.0, -1, 2])
+    about = move_wrench(wrench, aside)
+    whole = rs.deflection(robot, None, wrench)
+    for loads in (None, {}):
+        one = rs.deflection(robot, None, about, loads=loads, at=tip + aside)
+        assert np.allclose(one.leg_wrenches, whole.leg_wrenches, rtol=0, atol=1e-9)
+        assert np.allclose(move_twist(one.twist, -aside), whole.twist, atol=1e-12)

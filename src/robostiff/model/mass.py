@@ -252,6 +252,12 @@ class PlacedMass(BatchedPart):
     #: from which to which part of its length it is spread; None for a mass in one place
     span: tuple[float, float] | None = None
 
+    def end_of_part(self, point: Any) -> Any:
+        """Where its part ends (..., 3) [m]: if it is spread by its own places, or at a point."""
+        if self.start is None or self.span is None:
+            return np.asarray(point)
+        return self.start + (self.centre - self.start) * (2.0 / sum(self.span))
+
     def lumped(self, cuts: Sequence[float], end: np.ndarray) -> list[PointMass]:
         """The mass as points on bodies whose weights bend its elastic part as it does.
 

@@ -283,7 +283,7 @@ def weights_on_ends(
     beams = element.elasticity.beams if is_spring else ()
     at = np.cumsum([own.length for own in beams]) if len(beams) > 1 else np.ones(1)
     for mass in element.masses:
-        for own in mass.lumped((0.0, *(at / at[-1])), end):
+        for own in mass.lumped((0.0, *(at / at[-1])), mass.end_of_part(end)):
             i, force = own.after, own.value * gravity
             if not is_spring or i in (0, len(at)):
                 node = element.b if i or mass.start is None else element.a

@@ -78,14 +78,14 @@ class Mode:
 
     @cached_property
     def shares(self) -> tuple[PartShare, ...]:
-        """Elastic energy of the parts and of springs between bodies, largest first."""
+        """Energies of elastic parts, and of springs between bodies that store one, by size."""
         found, legs = self.equilibrium, self.equilibrium.problem.legs
         motion = _of_legs(found.problem, self.shape)[: legs.numbers.total]
         stored = energies_of(legs, motion, np.zeros(legs.inner_modes.shape))
         if legs.springs:
             pulls = legs.pulls(found.state.legs, found.loading.shares(found.factor).value)
             stored += legs.spring_energies(pulls, motion)
-        return tuple(share for share in shares(stored) if share.energy > 0)
+        return shares(own for own in stored if own[-1] > 0)
 
     @cached_property
     def words(self) -> str:

@@ -22,7 +22,7 @@ from robostiff.linkage import DriveValues, Linkage
 from robostiff.model import Actuated, Robot, Snapshot
 from robostiff.model.mass import gravity_vector
 from robostiff.network import Network, NodeForce
-from robostiff.spatial import move_wrench
+from robostiff.spatial import move_twist, move_wrench
 from robostiff.statics.chains.beam_bowing import Linear
 from robostiff.statics.chains.equilibrated import LOST
 from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, LoadCase
@@ -126,8 +126,8 @@ def deflection(
             expected="a robot without cables, a snapshot, a network or a linkage",
             hint="cables have cable_response(robot, pose, wrench=...), or 'robostiff cables'",
         )
-    acting = Acting(loads, none, beams=Linear(), at=at)
-    loaded, F = one_loaded_posture(robot, pose, wrench, near, acting)
+    # about its own point, so that what rigid legs carry among them does not depend on `at`
+    loaded, F = one_loaded_posture(robot, pose, wrench, near, Acting(loads, none, beams=Linear()))
     problem, answer = loaded.problem, stiffness(replace(robot, springs=()), pose, **options)
     if not np.any(none):  # springs between its bodies are relaxed
         relaxed = (replace(s, constant=-s.stiffness * s.length) for s in problem.legs.springs)
@@ -173,10 +173,10 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
         return none(Status.ILL_CONDITIONED if stiffness.status.has_stiffness else Status.OK)
     placed: Any = stiffness.placed()
     nothing, at_rest = np.zeros(problem.size), problem.unloaded
+    F = move_wrench(F, -stiffness.offset)
     known = problem.linear_equations(at_rest, LoadCase(F), 0.0, 2)
     if _drives_legs(problem, known):
         return none(Status.UNBALANCED)
-    to_origin = (stiffness.origin - stiffness.reference_point)[: stiffness.space.translations]
     # what the loads at bodies are worth at the platform: legs bend under them while it is held
     deflected = _of_platform(problem, known, int(stiffness.rank))
     if deflected is None:
@@ -202,7 +202,7 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     driven = {(leg, joint.name) for leg, joint in freedoms if isinstance(joint.role, Actuated)}
     return LoadedElements(
         status,
-        t,
+        move_twist(t, stiffness.offset),
         parts=shares_of(parts, stored),
         reactions=tuple(JointReaction(p.leg, p.part, p.wrench, p.point) for p, _ in joints),
         actuators=tuple(
@@ -210,7 +210,7 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
             for part, load in joints
             if (part.leg, part.part) in driven
         ),
-        leg_wrenches=tuple(move_wrench(W, to_origin) for W in wrenches),
+        leg_wrenches=wrenches,
         work_of_loads=float(on_platform[list(problem.rows)] @ t - rates @ step[: len(rates)]),
     )
 

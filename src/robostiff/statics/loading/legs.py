@@ -286,7 +286,7 @@ class _Chains:
                 chain, counts = self.behind[place.member]
                 own = self.elements[chain][counts[place.parts - 1] : counts[place.parts]]
                 cuts = 0.0, *(e.ends for e in own if isinstance(e, FiniteSpring))
-                return CarriedMass(mass, spot, cuts, part, np.asarray(part.point))
+                return CarriedMass(mass, spot, cuts, part, mass.end_of_part(part.point))
         return CarriedMass(mass, spot)
 
     def weigh(self, carried: Sequence[CarriedMass], gravity: np.ndarray) -> None:

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robostiff.analysis import CableStiffness, cable_stiffness
+from robostiff.analysis import CableStiffness, cable_stiffness, stiffness
 from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError, Words
@@ -34,7 +34,7 @@ from robostiff.model.subject import Subject
 from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats, check_order
 from robostiff.statics.chains.beam_bowing import ElementsOfParts
-from robostiff.statics.chains.elements import wrench_at
+from robostiff.statics.chains.elements import FiniteSpring, wrench_at
 from robostiff.statics.equations.problem import EquilibriumProblem, Steady
 from robostiff.statics.equations.vibration import CarriedMasses
 from robostiff.statics.loading.assembly import assembly_of
@@ -213,6 +213,11 @@ class Postures:
         if assembly.steady:
             steady = Steady(on_platform(assembly.steady, point), assembly.moment)
         length: Any = posed.characteristic_length
+        if not np.all(length > 0) and any(
+            isinstance(e, FiniteSpring) for chain in found.legs.chains for e in chain.elements
+        ):  # all in one point: a length from the elastic parts
+            alone = {"springs": ()} if isinstance(posed, Snapshot) else {}
+            length = np.where(length > 0, length, stiffness(replace(posed, **alone)).length)
         problem = EquilibriumProblem(
             found.legs,
             posed.space.rows,
@@ -227,9 +232,9 @@ class Postures:
         if np.any(pull) and assembly.masses:
             wanted += [(m.centre, m.value * pull) for m in posed.moving_masses(problem.nodes)]
         wanted += [(load.point, -load.force) for c in found.legs.chains for load in c.loads]
-        each = [wrench_at(point, np.asarray(at), np.asarray(f)) for at, f in wanted]
-        W = np.array([-problem.dead.acting(np.eye(3))[0], *each])
-        W[:, 3:] /= problem.length if each else 1.0
+        acts = (wrench_at(point, np.asarray(at), np.asarray(f)) for at, f in wanted)
+        W = np.array([-problem.dead.acting(np.eye(3))[0], *acts])
+        W[:, 3:] /= problem.length if wanted else 1.0
         if np.linalg.norm(W.sum(axis=0)) > _MISSED * np.sum(np.linalg.norm(W, axis=1)):
             raise NoAnswerError(
                 f"no answer of {posed.name!r}: its loads are not those that are given"
