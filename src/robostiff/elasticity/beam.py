@@ -74,6 +74,8 @@ def cantilever_compliance(
         y = y + L / (_plain(shear_y) * G * A)
     if shear_z is not None:
         z = z + L / (_plain(shear_z) * G * A)
+    # Before the others: printed formulas have their steps in this order.
+    y_rz, z_ry = L * L / (2 * E * Iz), -(L * L) / (2 * E * Iy)
     return _symmetric(
         {
             (0, 0): L / (E * A),
@@ -82,8 +84,8 @@ def cantilever_compliance(
             (3, 3): L / (G * J),
             (4, 4): L / (E * Iy),
             (5, 5): L / (E * Iz),
-            (1, 5): L * L / (2 * E * Iz),
-            (2, 4): -(L * L) / (2 * E * Iy),
+            (1, 5): y_rz,
+            (2, 4): z_ry,
         }
     )
 

@@ -216,8 +216,8 @@ class Postures:
         if not np.all(length > 0) and any(
             isinstance(e, FiniteSpring) for chain in found.legs.chains for e in chain.elements
         ):  # all in one point: a length from the elastic parts
-            alone = {"springs": ()} if isinstance(posed, Snapshot) else {}
-            length = np.where(length > 0, length, stiffness(replace(posed, **alone)).length)
+            alone = replace(legs, springs=()) if (legs := as_snapshot(posed)) else posed
+            length = np.where(length > 0, length, stiffness(alone).length)
         problem = EquilibriumProblem(
             found.legs,
             posed.space.rows,
