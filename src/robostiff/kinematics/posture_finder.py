@@ -245,7 +245,7 @@ class PostureFinder:
             pairs = zip(self.solvers, each, strict=True)  # closed forms answer at once
             for solver, own in sorted(pairs, key=lambda pair: pair[0].closed_form is None):
                 x = np.concatenate([there, own], axis=-1)
-                found[rows] = solver.ends(pose[rows], R[rows], x[rows])
+                found[rows] = solver.way_ends(pose[rows], R[rows], x[rows])
                 rows = rows[~found[rows]]
             return found
         placed = place_chain(legs[0].chain, each[0], legs[0].base.R, legs[0].base.p)
@@ -253,7 +253,7 @@ class PostureFinder:
         there[:, open_] = six_coordinates(*platform_at_end(legs[0], placed))[:, open_]
         mode = mode_of(loops, np.concatenate([home, *self.homes]))
         x = np.concatenate([there, *each], axis=-1)
-        rows = rows[mode.ends(x[rows], pose[rows][:, loops.given])]
+        rows = rows[mode.way_ends(x[rows], pose[rows][:, loops.given])]
         found[rows] = ~self._as_at_home(replace(request.part(rows), open=()), None)[-1]
         return found
 

@@ -14,7 +14,7 @@ from robostiff.record.record import NUMPY_FUNCTIONS, Operation, Record, step_of
 
 #: Square of the gap, as a part of the length and radians, at which legs meet to the last digits.
 CLOSED = 1e-12**2
-#: Part of a determinant's size at home below which the careful closure looks at the assembly mode.
+#: Part of a determinant's size at home below which the direct closure looks at the assembly mode.
 WATCHED = 0.1
 
 

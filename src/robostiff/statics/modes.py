@@ -38,7 +38,7 @@ from robostiff.statics.loading.loaded_posture import (
     postures_of,
     wrenches_of,
 )
-from robostiff.statics.solution import Solution, settled
+from robostiff.statics.solution import Solution, equilibrium_under
 
 # So that beams have modes of their own, the first of them within some percent.
 _HALVES = Bowing(elements=2, inner_modes=True)
@@ -310,7 +310,7 @@ class _Request:
         """Modes at one pose; its vibrations at rest may be known."""
         postures, robot = self.postures, self.postures.robot
         loaded = cache(partial(postures.with_loads, i, self.acting, self.masses))
-        solve = cache(lambda: settled(loaded(), self.wrenches[i]))
+        solve = cache(lambda: equilibrium_under(loaded(), self.wrenches[i]))
         status = solve().status if known is None else postures.status(i)
         if known is None and (found := solve().found) is not None:
             (known,) = vibrations(found.problem, loaded().masses, found.known, found.state)

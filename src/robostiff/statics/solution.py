@@ -132,7 +132,7 @@ def solve(
     return _with_status(loaded, found, answer)
 
 
-def settled(loaded: LoadedPosture, wrench: np.ndarray) -> Solution:
+def equilibrium_under(loaded: LoadedPosture, wrench: np.ndarray) -> Solution:
     """The equilibrium under a wrench; where nothing acts, the unloaded posture."""
     problem = loaded.problem
     if not loaded.has_posture or problem.bears_loads or np.any(wrench):

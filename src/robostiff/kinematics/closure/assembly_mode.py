@@ -316,7 +316,7 @@ class AssemblyMode:
         at_home = self.loops.lengths(self.home[None])[0] > 0
         return np.all(self.loops.lengths(x)[:, at_home] > 0, axis=-1)
 
-    def ends(self, x: np.ndarray, given: np.ndarray) -> np.ndarray:
+    def way_ends(self, x: np.ndarray, given: np.ndarray) -> np.ndarray:
         """Where the straight way to prescribed coordinates (N, g) ends at postures on it (N,).
 
         They are closed, and not the shortest part of the way leads on in their assembly mode.

@@ -122,14 +122,14 @@ class LegSolver:
         """The first leg at poses (N, 6), followed from home."""
         return follow(self._loops, np.concatenate([self.home_pose, self.home]), pose)
 
-    def ends(self, pose: np.ndarray, R: np.ndarray, x: np.ndarray) -> np.ndarray:
+    def way_ends(self, pose: np.ndarray, R: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Where the leg is found not to reach poses (N, 6).
 
         By postures x on the straight ways to them: pose coordinates, then those of the leg.
         """
         form, home = self.closed_form, np.concatenate([self.home_pose, self.home])
         if form is None:
-            return mode_of(self._loops, home).ends(x, pose)
+            return mode_of(self._loops, home).way_ends(x, pose)
         if isinstance(form, Arm) or self.chain.has_blocks:
             return np.zeros(len(pose), dtype=bool)
         return ~self.closes(self._in_form(form, R, pose[:, :3]), R, pose[:, :3])
@@ -385,7 +385,7 @@ class LegSolver:
         count, number = len(p), len(self.legs)
         rows = q[0] if number == 1 else poses_side_by_side(np.concatenate(q), 1)
         placed, found = self._placed(rows, R, p, placed)
-        missed = zip(*(gap.gap for gap in found), strict=True)
+        missed = zip(*(loop.gap for loop in found), strict=True)
         shift, turn = (x[0] if len(x) == 1 else np.max(x, axis=0) for x in missed)
         legs = self.one_by_one(PlacedLeg(self.leg.name, placed.elements, placed.p), count)
         return legs, shift.reshape(number, count), turn.reshape(number, count)
@@ -448,7 +448,7 @@ def _rows(values: np.ndarray, own_axes: int) -> np.ndarray:
     return poses_side_by_side(values.reshape(-1, *values.shape[2:]), own_axes)
 
 
-def _size(gap: Loop, length: float) -> np.ndarray:
+def _size(loop: Loop, length: float) -> np.ndarray:
     """Of a gap (...): part of the length, or radians."""
-    shift, turn = gap.gap
+    shift, turn = loop.gap
     return np.maximum(shift / length, turn)

@@ -105,9 +105,9 @@ def _in_modes_of_home(group: LegSolver) -> list[LegSolver]:
 
 def _checked(solver: LegSolver) -> LegSolver:
     """The solver of a leg that closes at home; an `OpenAtHomeError` says where it does not."""
-    gap, size = solver.gap_at_home()
+    loop, size = solver.gap_at_home()
     if size > CLOSED:
-        (shift, turn), where = (float(x[0]) for x in gap.gap), gap.name
+        (shift, turn), where = (float(x[0]) for x in loop.gap), loop.name
         place = f"at the end of branch {where!r}" if where else "at the platform"
         raise OpenAtHomeError(
             f"home configuration of leg {solver.leg.name!r}",
