@@ -178,18 +178,8 @@ def block_rotation(R: Shaped[np.ndarray, "*batch 3 3"]) -> Shaped[np.ndarray, "*
 def level_axes(R: Shaped[np.ndarray, "*batch 3 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:
     """Axes x and y in the x-y plane, x along one of the local axes that lie flattest, and z.
 
-    A part that bends in the plane has its stiff directions along them: turned to the world, these
-    would lose to soft ones as many digits as lie between them.
-
-    Parameters
-    ----------
-    R : (..., 3, 3) array
-        Rotation whose columns are the local axes in global coordinates.
-
-    Returns
-    -------
-    (..., 3, 3) array
-        Rotation whose columns are these axes in global coordinates.
+    They are columns in global coordinates (..., 3, 3), as R has the local axes. A part that bends
+    in the plane has its stiff directions along them.
 
     Examples
     --------

@@ -10,18 +10,21 @@ import numpy as np
 from robostiff.analysis.cable_stiffness import status_of_cables
 from robostiff.elastostatics import Status
 from robostiff.frozen import field, frozen, replace
-from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
-from robostiff.statics.equations.equilibrium_path import SAFE, first_critical, path
+from robostiff.statics.equations.equilibrium_path import (
+    SAFE,
+    first_critical,
+    held_equilibrium,
+    path,
+)
 from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
-from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
+from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.stability import (
     CriticalPoint,
     Regular,
     end_of_path,
-    leg_margins,
     may_be_singular,
     meets_stiffness,
     named_margins,
@@ -31,8 +34,6 @@ from robostiff.statics.loading.loaded_posture import LoadedPosture
 
 # Of the length of the robot: what is no rounding between legs and platform.
 _OPEN = 1e-9
-# Part of a displacement.
-_SHORTEST = 2.0**-4
 
 
 @frozen
@@ -94,7 +95,12 @@ def solve(
     loading = LoadCase(F, *((1.0, 0.0) if standing else (0.0, 1.0)))
     if problem.at_rest.rigid:
         status |= Status.RIGID_DIRECTION
-    held, found = displacement is not None, _by_newton(problem, loading, displacement)
+    found = (
+        equilibrium_at(problem, loading, 1.0, problem.unloaded)
+        if displacement is None
+        else held_equilibrium(problem, loading, displacement)
+    )
+    held = displacement is not None
     critical: CriticalPoint | None = None
     margins = named_margins(found.known) if found.converged else {}
     doubtful = not found.converged or not found.direct or min(margins.values()) < SAFE
@@ -128,32 +134,6 @@ def solve(
     where = found, loaded.frame, loaded.posed
     answer = Solution(status, critical, margins, held, *where)
     return _with_status(loaded, found, answer)
-
-
-def _by_newton(
-    problem: EquilibriumProblem, loading: LoadCase, displacement: np.ndarray | None
-) -> FoundEquilibrium:
-    """The equilibrium under the whole load, or at a displacement (r,) of the platform.
-
-    Where Newton's method finds none at a displacement, or one that is unstable, the displacement
-    and the loads grow together in parts.
-    """
-    if displacement is None:
-        return equilibrium_at(problem, loading, 1.0, problem.unloaded)
-    full, state, done, part, whole = np.zeros(6), problem.unloaded, 0.0, 1.0, None
-    while part >= _SHORTEST:
-        full[list(problem.rows)] = (done + part) * displacement
-        target = turn_by_vector(full[3:]), problem.point + full[:3]
-        found = equilibrium_at(problem, loading, done + part, state, target)
-        whole = whole or found
-        least = min((m.value for m in leg_margins(found.known).values()), default=1.0)
-        if not found.converged or least < 0:
-            part /= 2
-        elif done + part == 1:
-            return found
-        else:
-            state, done, part = found.state, done + part, min(2 * part, 1 - done - part)
-    return cast("FoundEquilibrium", whole)
 
 
 def equilibrium_under(loaded: LoadedPosture, wrench: np.ndarray) -> Solution:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import cast
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
 from robostiff.frozen import frozen, replace
+from robostiff.kinematics.turn import turn_by_vector
 from robostiff.statics.equations.newton import (
     CAP,
     SHARP,
@@ -21,6 +23,7 @@ from robostiff.statics.equations.stability import (
     CriticalPoint,
     Regular,
     least_margin,
+    leg_margins,
     may_be_singular,
     meets_stiffness,
     point_at,
@@ -190,6 +193,8 @@ def singular(step: PathStep) -> CriticalPoint | None:
 
 #: A margin above which Newton's method has not passed a critical load, if its steps were direct.
 SAFE = 0.3
+# Part of a displacement.
+_SHORTEST = 2.0**-4
 # Steps at most, and how far one of them shifts the platform, by the robot's length.
 _LONGEST, _FURTHEST = 250, 0.1
 # The first of them, and how far it does: each may be 1.6 times the one before, 2.5 times on a way
@@ -418,6 +423,30 @@ def first_critical(
         if here.factor >= up_to:
             break
     return here, None, min(up_to, furthest)
+
+
+def held_equilibrium(
+    problem: EquilibriumProblem, loading: LoadCase, displacement: np.ndarray
+) -> FoundEquilibrium:
+    """The equilibrium at a displacement (r,) of the platform, under the whole load.
+
+    Where Newton's method finds none, or one that is unstable, the displacement and the loads grow
+    together in parts.
+    """
+    full, state, done, part, at_once = np.zeros(6), problem.unloaded, 0.0, 1.0, None
+    while part >= _SHORTEST:
+        full[list(problem.rows)] = (done + part) * displacement
+        target = turn_by_vector(full[3:]), problem.point + full[:3]
+        found = equilibrium_at(problem, loading, done + part, state, target)
+        at_once = at_once or found
+        least = min((m.value for m in leg_margins(found.known).values()), default=1.0)
+        if not found.converged or least < 0:
+            part /= 2
+        elif done + part == 1:
+            return found
+        else:
+            state, done, part = found.state, done + part, min(2 * part, 1 - done - part)
+    return cast("FoundEquilibrium", at_once)
 
 
 def _unit(at: FoundEquilibrium) -> float:
