@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import robostiff as rs
 from robostiff.elasticity import Elasticity, circle
@@ -148,6 +149,26 @@ def test_a_rod_held_where_a_wrench_takes_it_carries_that_wrench(diameter: float,
     assert held.stable
     assert np.allclose(held.wrench, F, rtol=0, atol=1e-7 * np.abs(F).max())
     assert np.isclose(held.energy, free.energy, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("elements", "most"), [(2, 0.015), (4, 0.002), (8, 2.5e-4)])
+def test_a_rod_bent_by_half_a_radian_is_the_elastica(elements: int, most: float):
+    """``EI t'' = -P cos t``, ``t = 0`` at the wall and ``t' = 0`` at the tip, with P = EI/L^2."""
+
+    def shot(curvature: float) -> np.ndarray:
+        def rates(_: float, y: np.ndarray) -> list[float]:
+            t, slope = y[:2]
+            return [slope, -np.cos(t), np.cos(t), np.sin(t)]
+
+        path = solve_ivp(rates, (0, 1), [0, curvature, 0, 0], rtol=1e-10, atol=1e-12)
+        return path.y[:, -1]
+
+    turn, _, along, across = shot(root(lambda c: float(shot(c)[1]), 0.5, 1.0))
+    P = rs.material("steel").E * circle(2e-3).Iy
+    bent = loaded(rod(2e-3), wrench=[0, 0, P, 0, 0, 0], beams=Bowing(elements))
+    off = bent.displacement[[0, 2]] - [along - 1, across]
+    assert np.abs(off).max() < most * across
+    assert np.isclose(-bent.displacement[4], turn, rtol=most)
 
 
 @pytest.mark.parametrize("diameter", [5e-4, 5e-3, 20e-3])
