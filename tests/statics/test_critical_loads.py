@@ -8,9 +8,9 @@ from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.elasticity import Elasticity, cantilever_compliance
+from robostiff.elasticity import CrossSection, Elasticity, cantilever_compliance, circle
 from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
-from robostiff.network import JointElement, Network, Node, network_of_snapshot
+from robostiff.network import JointElement, Network, Node, beam_between, network_of_snapshot
 from robostiff.spatial import Space
 from tests.statics.robots_under_load import beam, joint, root
 
@@ -176,6 +176,26 @@ legs:
     file = tmp_path / "press.yaml"
     file.write_text(text)
     return rs.load(file)
+
+
+@pytest.mark.parametrize(("elements", "most"), [(4, 0.07), (8, 0.017), (16, 0.0042)])
+def test_a_strip_buckles_sideways_and_a_shaft_by_its_torque(elements: int, most: float):
+    """Prandtl (1899) and Greenhill (1883); a torque keeps its direction in a guide that turns."""
+    steel, wall, tip = rs.material("steel"), Node("wall", np.zeros(3)), Node("tip", np.array(TIP))
+    thin = CrossSection(A=1e-4, Iy=1e-12, Iz=1e-8, J=2e-12)
+    bar = beam_between(wall, tip, steel, thin, y_axis=Y)
+    strip = Network("strip", (wall, tip), ("wall",), "tip", tip.point, (bar,))
+    found = rs.critical_load(strip, wrench=[0, 0.1, 0, 0, 0, 0], beams=rs.Bowing(elements))
+    exact = 4.0126 * np.sqrt(steel.E * thin.Iy * steel.G * thin.J) / L**2
+    assert 0 < 0.1 * found.factor / exact - 1 < most
+    bar = beam_between(wall, tip, steel, circle(1e-3))
+    along = PlacedFreedom(np.array(X), tip.point, None, "along", Passive())
+    turn = PlacedFreedom(np.array(X), tip.point, 0.0, "turn", Passive())
+    guide = JointElement("guide", "wall", "tip", (along, turn))
+    shaft = Network("shaft", (wall, tip), ("wall",), "tip", tip.point, (bar,), (), (guide,))
+    found = rs.critical_load(shaft, wrench=[0, 0, 0, 1e-2, 0, 0], beams=rs.Bowing(elements))
+    exact = 2 * 4.493409 * steel.E * circle(1e-3).Iy / L
+    assert 0 < 1e-2 * found.factor / exact - 1 < most
 
 
 def test_kernels_do_not_pass_over_the_buckling_of_a_clamped_rod(tmp_path: Path):
