@@ -35,6 +35,7 @@ from tests.network.frames import (
     graph,
     lattice,
     nodes,
+    slender_frame,
     sliding,
     turning,
 )
@@ -246,6 +247,14 @@ def test_planar_networks_have_three_coordinates():
     expected = condense(spatial).K[np.ix_(rows, rows)]
     assert matrix_distance(condense(plane).K, expected, 1.0) < 1e-12
     assert matrix_distance(energy_stiffness(plane), expected, 1.0) < 1e-12
+
+
+def test_slender_bars_keep_their_digits_in_the_plane():
+    """Some 4000 times as long as thick and across the axes of the world: as in space."""
+    frame = slender_frame()
+    rows = list(Space.PLANAR.rows)
+    expected = condense(replace(frame, space=Space.SPATIAL)).K[np.ix_(rows, rows)]
+    assert np.allclose(condense(frame).K, expected, rtol=1e-13, atol=0)
 
 
 def hinged_lattice(cells: int) -> Network:
