@@ -15,8 +15,8 @@ from robostiff.model.body_spring import BodySpring
 from robostiff.record import Entry, as_part, is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Elements, elastic_elements, in_series
-from robostiff.statics.chains.elements import Element, FiniteChain, FiniteJoint, FiniteSpring, Share
-from robostiff.statics.chains.legs import LegEquations, Legs, LegState
+from robostiff.statics.chains.elements import Element, FiniteChain, FiniteJoint, FiniteSpring
+from robostiff.statics.chains.legs import LegEquations, Legs, State
 from robostiff.statics.chains.numbers import Component
 from robostiff.statics.kernels.elimination import SymmetricElimination
 
@@ -236,8 +236,9 @@ class RecordedLegs:
             self.bodies[b].moved(values) if b in self.bodies else platform
             for b in range(len(legs.points))
         ]
+        places += platform, MovingBody(np.eye(3, dtype=int), np.zeros(3, dtype=int))
         u = _entries([values.get(f"u{i}", 0) for i in range(at.total + len(legs.beams))])
-        state = LegState(
+        state = State(
             u[at.x],
             u[at.W],
             _entries([x for R, _ in places for x in R.flat]).reshape(-1, 3, 3),
@@ -245,7 +246,7 @@ class RecordedLegs:
             u[at.multipliers],
             u[at.total :],
         )
-        eq = legs.equations(state, platform.R, platform.p, Share(share, 0))
+        eq = legs.equations(state, share)
         units = np.ones(at.total)
         units[at.bodies], units[at.W] = self.lengths, self.lengths
         units[at.multipliers] = [unit(coupling.drive, self.length) for coupling in legs.rigid]
