@@ -83,7 +83,7 @@ class Mode:
         motion = _of_legs(found.problem, self.shape)[: legs.numbers.total]
         stored = energies_of(legs, motion, np.zeros(legs.inner_modes.shape))
         if legs.springs:
-            pulls = legs.pulls(found.state.legs, found.loading.shares(found.factor).value)
+            pulls = legs.pulls(found.state, found.loading.share_at(found.factor))
             stored += legs.spring_energies(pulls, motion)
         return shares(own for own in stored if own[-1] > 0)
 
@@ -114,7 +114,7 @@ class Mode:
         """
         found, step = self.equilibrium, _of_legs(self.equilibrium.problem, self.shape)
         part = _PART / max(found.problem.size_of_legs(step), found.problem.size_of(self.twist))
-        moved = found.problem.moved(found.state, part * self.twist, part * step)
+        moved = found.problem.legs.after_step(found.state, part * self.twist, part * step)
         return body_places(found.problem, moved).since(body_places(found.problem, found.state))
 
     def __str__(self) -> str:

@@ -6,11 +6,11 @@ import numpy as np
 
 from robostiff.frozen import frozen, replace
 from robostiff.spatial.rotation import vector_of_rotation
+from robostiff.statics.chains.legs import State
 from robostiff.statics.equations.problem import (
     EquilibriumProblem,
     Linearised,
     LoadCase,
-    State,
     solve_least,
 )
 

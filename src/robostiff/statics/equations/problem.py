@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.frozen import field, frozen, replace
-from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.chains.elements import NOBODY, Share, Spot
+from robostiff.spatial.rotation import vector_of_rotation
+from robostiff.statics.chains.elements import NOBODY, Spot
 from robostiff.statics.chains.equilibrated import Closure, HeldPlatform, solve, unit_free
-from robostiff.statics.chains.legs import LegEquations, Legs, LegState
+from robostiff.statics.chains.legs import LegEquations, Legs, State
 from robostiff.statics.chains.moving_chain import sum_of_crosses
 from robostiff.statics.chains.numbers import ComponentBlock
 
@@ -33,9 +33,9 @@ class LoadCase:
     share: float = 0.0
     share_rate: float = 1.0
 
-    def shares(self, factor: float) -> Share:
+    def share_at(self, factor: float) -> float:
         """Of preloads and forces on bodies."""
-        return Share(self.share + factor * self.share_rate, self.share_rate)
+        return self.share + factor * self.share_rate
 
 
 @frozen
@@ -73,15 +73,6 @@ class Steady:
 
     weights: DeadForces
     moment: np.ndarray  # (r,): as a wrench
-
-
-@frozen
-class State:
-    """Where everything is: the platform, and the legs."""
-
-    R: np.ndarray
-    p: np.ndarray
-    legs: LegState
 
 
 @frozen
@@ -135,11 +126,10 @@ class EquilibriumProblem:
     # where bodies are that results list by name; None of the platform
     nodes: Mapping[str, Spot | None] = field(default_factory=dict)
 
-    @cached_property
+    @property
     def unloaded(self) -> State:
         """The posture from which it is loaded."""
-        R = np.broadcast_to(np.eye(3), (*self.point.shape, 3))
-        return State(R, self.point, self.legs.unloaded)
+        return self.legs.unloaded
 
     @property
     def blocks(self) -> tuple[ComponentBlock, ...]:
@@ -226,8 +216,9 @@ class EquilibriumProblem:
         closures: tuple[Closure, ...] | None,
         rank: int | None,
     ) -> Linearised:
-        eq = self.legs.equations(state.legs, state.R, state.p, loading.shares(factor))
-        wanted = -np.column_stack([eq.r, self.legs.numbers.by_twist, eq.r_factor])
+        eq = self.legs.equations(state, loading.share_at(factor))
+        by_factor = eq.r_share * loading.share_rate
+        wanted = -np.column_stack([eq.r, self.legs.numbers.by_twist, by_factor])
         solution, regular = np.zeros(wanted.shape), True
         lacking: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         for g, (block, A) in enumerate(zip(self.blocks, eq.A, strict=True)):
@@ -245,7 +236,7 @@ class EquilibriumProblem:
         solution = self.legs.steps(eq, solution, twist)
         carried, W = (
             each[ends].reshape(self.legs.robots, -1, *each.shape[1:]).sum(axis=1)
-            for each in (solution[self.legs.numbers.W], state.legs.W)
+            for each in (solution[self.legs.numbers.W], state.W)
         )
         if self.legs.robots == 1:
             carried, W = carried[0], W[0]
@@ -318,14 +309,7 @@ class EquilibriumProblem:
         step = known.steps + known.by_twist @ twist + known.factor_steps * more
         size = max(self.size_of(twist), self.size_of_legs(step))
         part = 1.0 if size <= cap else cap / size
-        return self.moved(state, part * twist, part * step), size, part
-
-    def moved(self, state: State, twist: np.ndarray, step: np.ndarray) -> State:
-        """A state after a twist (r,) of the platform, and a step (T + B,) of the legs."""
-        full = np.zeros(6)
-        full[list(self.rows)] = twist
-        legs = self.legs.after_step(state.legs, step)
-        return State(matrix_of_rotation(full[3:]) @ state.R, state.p + full[:3], legs)
+        return self.legs.after_step(state, part * twist, part * step), size, part
 
     def displacement(self, state: State) -> np.ndarray:
         """Of the point of the platform, and its rotation vector, from the unloaded posture (r,)."""
@@ -351,13 +335,13 @@ class EquilibriumProblem:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What acts on the platform, how that grows, and its rate by the twist."""
         rows = list(self.rows)
-        share = loading.shares(factor)
+        share, grows = loading.share_at(factor), loading.share_rate
         acting, rate = factor * loading.wrench, loading.wrench
         turning = np.zeros((6, 6))
         if self.dead.act:
             total, turning = self.dead.acting(state.R)
-            turning = share.value * turning
-            acting, rate = acting + share.value * total[rows], rate + share.rate * total[rows]
+            turning = share * turning
+            acting, rate = acting + share * total[rows], rate + grows * total[rows]
         if self.steady is not None:
             total, more = self.steady.weights.acting(state.R)
             acting, turning = acting + self.steady.moment + total[rows], turning + more
