@@ -24,7 +24,7 @@ from robostiff.network import (
     mobility,
     network_of_snapshot,
 )
-from robostiff.spatial import rotate_stiffness
+from robostiff.spatial import Space, rotate_stiffness
 from tests.cases.reference_case import case
 from tests.network.frames import (
     BAR,
