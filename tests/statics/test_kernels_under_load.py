@@ -12,6 +12,8 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
+from robostiff.io.document import parse_document
+from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import posture_finder
 from robostiff.model import Branch, Chain, Leg, ParallelBlock, PlacedFreedom
 from robostiff.spatial import Frame
@@ -94,6 +96,49 @@ def test_they_are_equilibria(name: str):
         unloaded = stiffness(robot, pose if isinstance(pose, rs.JointCoordinates) else pose[k])
         K = unloaded[k].K if isinstance(pose, rs.JointCoordinates) else unloaded.K
         assert np.abs((K - one.K) / np.outer(size, size)).max() > 1e-5  # the load matters
+
+
+QUILL = """\
+robostiff: 1
+name: arm with a quill
+source: a test
+parameters: {size: 1}
+legs:
+  - name: arm
+    chain:
+      - {type: revolute, name: swing, axis: z, role: actuated, stiffness: size^3*6e4 N m/rad}
+      - type: beam
+        name: boom
+        to: [size*600 mm, 0, 0]
+        material: steel
+        section: {tube: {outer_diameter: size*90 mm, inner_diameter: size*70 mm}}
+      - type: telescope
+        name: quill
+        direction: -z
+        role: actuated
+        stiffness: size*1e7 N/m
+        home: size*100 mm
+        beams:
+          - share: 1
+            fixed: size*60 mm
+            material: steel
+            section: {tube: {outer_diameter: size*30 mm, inner_diameter: size*20 mm}}
+"""
+
+
+@pytest.mark.filterwarnings("ignore::robostiff.errors.PlausibilityWarning")
+@pytest.mark.parametrize("s", [1e-6, 1e3])
+def test_arms_of_all_sizes_have_kernels(s: float):
+    """Samples are as far around home as the arm is long, and no part of it counts as rigid."""
+    robot = model_from_document(parse_document(QUILL, file="quill.yaml"), {"size": str(s)})
+    pose = rs.JointCoordinates([[0.2, 0.15 * s], [-0.3, 0.08 * s]])
+    F = s**2 * np.array([2e3, -1e3, 3e3, 200 * s, 100 * s, -300 * s])
+    answer = rs.compile_loaded(robot, backend=rs.Backend.ARRAYS).evaluate(pose, [F, -F])
+    sure = equilibrium(robot, pose, [F, -F])
+    lengths = np.repeat([s, 1.0], 3)
+    assert not answer.guarded.any()
+    assert np.allclose(answer.displacement / lengths, sure.displacement / lengths, atol=1e-11)
+    assert np.abs(sure.displacement[:, 0]).min() > 1e-4 * s
 
 
 def test_half_the_critical_load_is_met_and_what_is_near_or_beyond_it_is_computed_with_care():

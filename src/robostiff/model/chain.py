@@ -408,6 +408,10 @@ class Chain:
         """Which coordinates may change, (size,) bool: all but the locked."""
         return np.array([not isinstance(role, Locked) for role in self.roles], dtype=bool)
 
+    def sizes(self, length: float) -> np.ndarray:
+        """Units of its coordinates (size,): 1 rad, of slides a length [m], 0 of the locked."""
+        return np.where([screw.turns for screw in self.freedoms], 1.0, length) * self.free
+
     @property
     def home_given(self) -> np.ndarray:
         """Which home coordinates were given, (size,) bool."""

@@ -115,7 +115,7 @@ def sample_postures(finder: PostureFinder, seed: int | None = None, nearer: int 
     by_joints, chain = finder.robot.is_posed_by_joints, finder.robot.legs[0].chain
     chosen = finder.robot.coordinate_places
     if by_joints:
-        home, scale, most = chain.home, chain.free, 3
+        home, scale, most = chain.home, chain.sizes(finder.length), 3
     else:
         home, most = finder.home_pose[chosen], 1
         scale = np.where(np.arange(6) < 3, finder.length, 2.0)[chosen]

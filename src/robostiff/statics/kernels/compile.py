@@ -248,9 +248,10 @@ def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[Loa
     struts = struts_among(found[0].problem)
     drawn = _DRAWN_OF_STRUTS if struts else _DRAWN
     if robot.is_posed_by_joints:
-        home, moving = robot.legs[0].chain.home, robot.legs[0].chain.free
-        shifts = _SPREAD * random.uniform(-1, 1, (drawn, home.size)) * moving
-        pose = JointCoordinates(home + shifts)
+        chain = robot.legs[0].chain
+        size = chain.sizes(finder.length)
+        shifts = _SPREAD * size * random.uniform(-1, 1, (drawn, len(size)))
+        pose = JointCoordinates(chain.home + shifts)
     else:
         places = robot.coordinate_places
         size = np.where(np.array(places) < 3, finder.length, 1.5)
