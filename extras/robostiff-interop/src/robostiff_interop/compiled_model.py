@@ -73,7 +73,7 @@ _OF_POSITION = frozenset(("controller", "cogging"))  # of a dcmotor
 _AFFINE = frozenset(("none", "fixed", "affine"))
 _FLEXIBLE = frozenset(("flexcomp", "flex"))
 _DISABLED, _GROUPS = "options that switch off springs, drives or loops,", "actuatorgroupdisable"
-_FLAGS = ("constraint", "equality", "passive", "spring", "actuation")
+_OF_LOOPS, _OF_PARTS = ("constraint", "equality"), ("passive", "spring", "actuation")
 _NO_LOOPS = ("tendon", "flex", "flexvert", "flexstrain")
 
 
@@ -213,12 +213,14 @@ def _parts_not_read(root: XmlElement) -> dict[str, list[tuple[str, Location]]]:
     options = [own for own in _all(root) if own.tag == "option"]
     written = [(own.attributes.get("gravity", ""), own.location) for own in options]
     found = {"tendons": [], "gravity": [own for own in written if _pulls(own[0].split())]}
+    has_loops = any(own.tag == "equality" and own.children for own in _all(root))
+    flags = _OF_PARTS + _OF_LOOPS * has_loops
     found[_DISABLED] = [
         (key, flag.location)
         for option in options
         for flag in (option, *option.all("flag"))
         for key, text in flag.attributes.items()
-        if key == _GROUPS or (key in _FLAGS and text == "disable")
+        if key == _GROUPS or (key in flags and text == "disable")
     ]
     tendons: list[XmlElement] = []
     pulled: set[str | None] = set()
@@ -401,7 +403,7 @@ def read_model(model: Any) -> CompiledModel:
         "gravity": [" ".join(gravity)] * _pulls(gravity),
         _DISABLED: [
             key
-            for key in _FLAGS
+            for key in _OF_PARTS + _OF_LOOPS * bool(model.neq)
             if model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{key.upper()}", 0)
         ]
         + [_GROUPS] * bool(model.opt.disableactuator),

@@ -391,12 +391,11 @@ def parse_quantities(
         raise InputError(subject, got=Words(came), expected=f"{len(dimensions)}: {' '.join(names)}")
     rows = list(zip(items, dimensions, called, strict=True))
     for i, ((quantity, written), dimension, item) in enumerate(rows):
-        for (other, beside), kind, _ in rows if are_ends else rows[i + 1 :]:
-            number, unit = NUMBER.search(beside), ""
-            is_alike = kind is dimension and other.measures(dimension)
-            if is_alike and number and float(number[0]) != abs(other.magnitude):
-                unit = beside[number.end() :].strip()
-            if unit and quantity.is_bare and quantity.magnitude:
+        others = rows if are_ends else rows[i + 1 :]
+        alike = [text for (q, text), kind, _ in others if kind is dimension and q.measures(kind)]
+        for beside in alike if quantity.is_bare and quantity.magnitude else ():
+            unit = NUMBER.sub("", beside, 1).strip(" +-")
+            if unit and parse_quantity(f"1 {unit}").magnitude != 1:
                 expected = f"a unit, as {beside!r} has one"
                 hint = f"write {written} {unit}, or {written} {dimension.si_unit}"
                 raise InputError(item, got=written, expected=expected, hint=hint)
