@@ -69,8 +69,6 @@ _WIDTH_OF_ESTIMATES = 8  # AVX-512 estimates reciprocals of roots of doubles
 # Vectors of poses on which all parts work in turn, and bytes of what parts hand on at most: as many
 # as a small first-level cache has.
 _MOST_VECTORS, _ROOM = 4, 2**15
-#: Numbers in a line of the cache.
-LINE = 8
 #: Operations beyond which machine code is made quickly. Its parts are functions then, so many each:
 #: what is not kept in registers has a place of its own on the stack.
 LONG, _PARTS_A_FUNCTION = 6000, 10
@@ -95,12 +93,12 @@ def text_of(program: Program, width: int, length: int | None) -> str:
     poses = width * min(_MOST_VECTORS, max(1, _ROOM // (8 * width * max(rooms, 1))))
     places = {i: place * poses for i, place in places.items()}
     loops, others = [""] * len(parts), len(parts) - 1
-    # Stores, which are the last, would wait for memory that is not in the cache by then.
-    fetching = others or int(width == LINE)
     together = _PARTS_A_FUNCTION if program.operations > LONG else len(parts)
     for k, part in enumerate(parts):
         lines = _Lines(width, k)
-        soon = range(k, len(program.outputs), fetching) if k < fetching and part else range(0)
+        # Stores, which are the last, would wait for memory that is not in the cache by then.
+        is_first = part and (k < others or not others)
+        soon = range(k, len(program.outputs), others or 1) if is_first else range(0)
         body = "\n  ".join(_lines(program, part, soon, places, lines))
         before = f"part{k - 1}" if k % together else "poses"
         # Frozen, so that LLVM does not try to count up one address by the other, which takes as
