@@ -138,7 +138,7 @@ _ENOUGH, _ROUNDING = 1e-12, 1e-15
 # Compliance of rigid directions in the condensed system, against the characteristic one.
 _LITTLE = 1e-7
 # Unknowns from which on a system is condensed.
-_LARGE = 500
+_LARGE = 3000
 
 
 @frozen
