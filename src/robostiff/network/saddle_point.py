@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from robostiff.network.mobility import (
     null_spaces,
     pinning_coordinates,
 )
+from robostiff.network.multifrontal import CholeskyFactors, dissection, lower_blocks
 from robostiff.spatial.batch import block_diagonal
 
 if TYPE_CHECKING:
@@ -139,30 +141,66 @@ _ENOUGH, _ROUNDING = 1e-12, 1e-15
 _LITTLE = 1e-7
 # Unknowns from which on a system is condensed.
 _LARGE = 3000
+# Of the size of a network: bodies that are nearer are in one place.
+_NEAR = 1e-6
+
+
+@frozen
+class AlikeConnections:
+    """Connections that resist as many motions at as many ends: rows ``A x = S f`` of a network."""
+
+    rows: np.ndarray  # (N, m) of int: sizes f of their wrenches
+    S: np.ndarray  # (N, m, m)
+    nodes: np.ndarray  # (N, e) of int: nodes at their ends
+    A: np.ndarray  # (N, m, e, n): of the displacements of these
 
 
 @frozen
 class NetworkMatrix:
     """``[[0, A^T], [A, -S]]`` of all bodies, the fixed ones and the platform among them."""
 
-    displacements: int  # how many of the unknowns are displacements, which come first
-    size: int  # number of both
-    A: csc_array  # (wrenches, displacements)
-    S: csc_array  # (wrenches, wrenches): compliance
-    rows_of: dict[str, np.ndarray]  # the displacements of each node
+    size: int  # number of displacements and wrenches
+    parts: tuple[AlikeConnections, ...]
+    rows_of: dict[str, np.ndarray]  # the displacements of each node, which come first
     wrench_rows: tuple[np.ndarray, ...]  # sizes of the wrenches of each connection
+
+    @property
+    def displacements(self) -> int:
+        """How many of the unknowns are displacements."""
+        return sum(map(len, self.rows_of.values()))
+
+    def deflections(self, own: AlikeConnections, x: np.ndarray) -> np.ndarray:
+        """``A x`` of some connections (N, m, k) for columns (size, k)."""
+        N, m, _, n = own.A.shape
+        shifts = x[: self.displacements].reshape(-1, n, x.shape[1])
+        return own.A.reshape(N, m, -1) @ shifts[own.nodes].reshape(N, -1, x.shape[1])
+
+    def add_loads(self, b: np.ndarray, own: AlikeConnections, f: np.ndarray) -> None:
+        """Add to right sides (size, k) ``A^T f`` of wrenches (N, m, k) of some connections."""
+        N, m, _, n = own.A.shape
+        on_nodes = b[: self.displacements].reshape(-1, n, b.shape[1])
+        loads = np.swapaxes(own.A.reshape(N, m, -1), 1, 2) @ f
+        np.add.at(on_nodes, own.nodes.ravel(), loads.reshape(-1, *on_nodes.shape[1:]))
 
     def times(self, x: np.ndarray) -> np.ndarray:
         """Product (size, k) with columns (size, k)."""
-        shifts, f = np.split(x, [self.displacements])
-        return np.concatenate([self.A.T @ f, self.A @ shifts - self.S @ f])
+        product = np.zeros_like(x)
+        for own in self.parts:
+            f = x[own.rows]
+            product[own.rows] = self.deflections(own, x) - own.S @ f
+            self.add_loads(product, own, f)
+        return product
 
     @cached_property
     def whole(self) -> csc_array:
         """The sparse matrix."""
-        from scipy.sparse import block_array, csc_array
-
-        return csc_array(block_array([[None, self.A.T], [self.A, -self.S]]))
+        blocks = []
+        for own in self.parts:
+            n, A = own.A.shape[-1], own.A.reshape(*own.rows.shape, -1)
+            columns = (n * own.nodes[:, :, None] + np.arange(n)).reshape(len(A), -1)
+            blocks += [(-own.S, own.rows, own.rows), (A, own.rows, columns)]
+            blocks.append((np.swapaxes(A, 1, 2), columns, own.rows))
+        return matrix_of_blocks(blocks, (self.size, self.size))
 
 
 @kept
@@ -172,21 +210,18 @@ def network_matrix(equations: Equations) -> NetworkMatrix:
     sizes = np.empty(sum(len(own.numbers) for own in equations.groups), dtype=int)
     for own in equations.groups:
         sizes[own.numbers] = own.S.shape[-1]
-    starts, count = np.cumsum(sizes) - sizes, n * len(number_of)
-    points, geometry, compliance = np.array([*equations.points.values()]), [], []
+    starts = n * len(number_of) + np.cumsum(sizes) - sizes
+    points, parts = np.array([*equations.points.values()]), []
     for own in equations.groups:
         nodes = np.array([[number_of[name] for name in names] for names in own.nodes])
+        A = (own.parts @ equations.between(points[nodes], own.at)).swapaxes(1, 2)
         rows = starts[own.numbers][:, None] + np.arange(own.S.shape[-1])
-        columns = n * nodes[..., None] + np.arange(n)
-        A = own.parts @ equations.between(points[nodes], own.at)
-        geometry.append((A, rows[:, None], columns))
-        compliance.append((own.S, rows, rows))
-    wrenches = int(sizes.sum())
-    A = matrix_of_blocks(geometry, (wrenches, count))
-    S = matrix_of_blocks(compliance, (wrenches, wrenches))
-    rows_of = dict(zip(number_of, np.arange(count).reshape(-1, n), strict=True))
-    wrench_rows = np.split(count + np.arange(wrenches), starts[1:])
-    return NetworkMatrix(count, count + wrenches, A, S, rows_of, tuple(wrench_rows))
+        parts.append(AlikeConnections(rows, own.S, nodes, np.ascontiguousarray(A)))
+    rows_of = dict(zip(number_of, np.arange(n * len(number_of)).reshape(-1, n), strict=True))
+    size = n * len(number_of) + int(sizes.sum())
+    every, ends_at = np.arange(size), (starts + sizes).tolist()
+    wrench_rows = tuple(every[a:b] for a, b in zip(starts.tolist(), ends_at, strict=True))
+    return NetworkMatrix(size, tuple(parts), rows_of, wrench_rows)
 
 
 @frozen
@@ -200,29 +235,27 @@ class CondensedSystem:
     """
 
     matrix: NetworkMatrix
-    stiffness: csc_array  # of wrenches: (S + D)^-1, 0 of what is left out
-    free: np.ndarray  # (f,) of int: displacements that are not held, those of the platform left out
-    factors: SuperLU  # of their stiffness
-    platform: np.ndarray  # (p,) of int: displacements of the platform that are not held
-    coupling: np.ndarray  # (f, p): stiffness between both
-    following: np.ndarray  # (f, p): how the others move with the platform, with the other sign
-    of_platform: np.ndarray  # (p, p): stiffness of the platform, the others free
-    holds_platform: bool  # whether that is positive definite
+    stiffness: tuple[np.ndarray, ...]  # (N, m, m) of each part: (S + D)^-1, 0 of what is left out
+    factors: CholeskyFactors
+    pinned: np.ndarray  # of int: those that are held
 
     def step(self, b: np.ndarray, x: np.ndarray, *, platform_fixed: bool) -> np.ndarray:
         """What solutions (size, k) of the whole system lack for right sides (size, k).
 
         Up to rounding, and what D adds.
         """
-        A, k = self.matrix.A, self.stiffness
-        loads, gaps = np.split(b - self.matrix.times(x), [self.matrix.displacements])
-        loads, shifts = loads + A.T @ (k @ gaps), np.zeros_like(loads)
-        shifts[self.free] = self.factors.solve(loads[self.free])
-        if not platform_fixed:
-            missing = loads[self.platform] - self.coupling.T @ shifts[self.free]
-            shifts[self.platform] = moved = np.linalg.solve(self.of_platform, missing)
-            shifts[self.free] -= self.following @ moved
-        return np.concatenate([shifts, k @ (A @ shifts - gaps)])
+        step, loads = np.zeros_like(x), b[: self.matrix.displacements].copy()
+        parts = [*zip(self.matrix.parts, self.stiffness, strict=True)]
+        gaps = [
+            b[own.rows] - self.matrix.deflections(own, x) + own.S @ x[own.rows] for own, _ in parts
+        ]
+        for (own, k), gap in zip(parts, gaps, strict=True):
+            self.matrix.add_loads(loads, own, k @ gap - x[own.rows])
+        loads[self.pinned] = 0.0
+        step[: len(loads)] = self.factors.solve(loads, last_is_fixed=platform_fixed)
+        for (own, k), gap in zip(parts, gaps, strict=True):
+            step[own.rows] = k @ (self.matrix.deflections(own, step) - gap)
+        return step
 
 
 @kept
@@ -233,38 +266,52 @@ def condensed_system(
 
     None where rounding, or a motion without stiffness of all but the platform, makes it singular.
     """
-    from scipy.sparse.linalg import splu
-
-    matrix, network = network_matrix(equations), equations.network
-    count, wrenches = matrix.displacements, matrix.size - matrix.displacements
-    is_left = np.ones(matrix.size, dtype=bool)
-    fixed = (matrix.rows_of[name] for name in network.fixed)
-    is_left[np.concatenate([np.array([*pinned, *dropped], dtype=int), *fixed])] = False
-    rows = matrix.rows_of[network.platform]
-    platform = rows[is_left[rows]]
-    is_left[rows] = False
-    free, blocks = np.flatnonzero(is_left[:count]), []
-    A, A_p = matrix.A[:, free], matrix.A[:, platform].toarray()
-    in_order: Any = {"permc_spec": "MMD_AT_PLUS_A", "options": {"SymmetricMode": True}}
+    matrix, n = network_matrix(equations), equations.size
+    network, names = equations.network, [*equations.points]
+    is_left_out = np.zeros(matrix.size, dtype=bool)
+    is_left_out[np.array([*pinned, *dropped], dtype=int)] = True
+    still = {*network.fixed, network.platform}
+    is_free = np.array([name not in still for name in names])
+    bodies, platform = np.flatnonzero(is_free), names.index(network.platform)
+    # Bodies are cut apart by their places; those in one place by the order that they come in.
+    points = np.array([*equations.points.values()])
+    places = (points - points.min(axis=0)) / (_NEAR * equations.length)
+    places = np.column_stack([np.round(places), np.arange(len(points))]).astype(int)
+    pairs = [pair for own in matrix.parts for pair in combinations(own.nodes.T, 2)]
+    pairs = np.concatenate([np.stack(pair, axis=1) for pair in pairs])
+    pairs = pairs[np.all(is_free[pairs], axis=1)]
+    pieces = [*dissection(bodies, pairs, places), np.array([platform])]
+    order = np.concatenate(pieces)
+    number = np.full(len(names), -1)
+    number[order] = np.arange(len(order))
+    unknowns = (n * order[:, None] + np.arange(n)).ravel()
+    stiffness: list[np.ndarray] = []
     try:
-        for own in equations.groups:
-            rows = np.array([matrix.wrench_rows[number] for number in own.numbers])
-            out, identity = ~is_left[rows], np.eye(own.S.shape[-1])
-            soft = own.S + _LITTLE * own.rigid[:, :, None] * identity
+        for own in matrix.parts:
+            out, identity = is_left_out[own.rows], np.eye(own.S.shape[-1])
+            soft = own.S + _LITTLE * ~np.any(own.S, axis=1)[:, :, None] * identity
             either = out[:, :, None] | out[:, None, :]
             inverse = np.linalg.inv(np.where(either, identity, soft))
-            blocks.append((np.where(either, 0.0, inverse), *[rows - count] * 2))
-        k = matrix_of_blocks(blocks, (wrenches, wrenches))
-        # positive definite: pivots stay on the diagonal
-        factors = splu((A.T @ (k @ A)).tocsc(), diag_pivot_thresh=0.0, **in_order)
-        coupling = A.T @ (k @ A_p)
-        following = factors.solve(coupling)
-        of_platform = A_p.T @ (k @ A_p) - coupling.T @ following
-        holds = bool(np.all(np.linalg.eigvalsh(of_platform) > 0))
-    except (RuntimeError, np.linalg.LinAlgError):  # an exact zero for a pivot, or no numbers
+            stiffness.append(np.where(either, 0.0, inverse))
+        held = is_left_out[: n * len(names)].reshape(-1, n)
+        K = lower_blocks(number, _of_bodies(matrix.parts, stiffness, held))
+        factors = CholeskyFactors.of(K, [*map(len, pieces)], unknowns)
+    except np.linalg.LinAlgError:
         return None
-    whole = matrix, k, free, factors, platform, coupling, following, of_platform
-    return CondensedSystem(*whole, holds)
+    return CondensedSystem(matrix, tuple(stiffness), factors, np.array(pinned, dtype=int))
+
+
+def _of_bodies(
+    parts: Sequence[AlikeConnections], stiffness: Sequence[np.ndarray], pinned: np.ndarray
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Bodies of connections and the stiffness of these, 1 of what is `pinned` (M, n)."""
+    for own, k in zip(parts, stiffness, strict=True):
+        N, m, e, n = own.A.shape
+        A = (own.A * ~pinned[own.nodes][:, None]).reshape(N, m, -1)
+        K = np.swapaxes(A, 1, 2) @ (k @ A)
+        yield own.nodes, K.reshape(N, e, n, e, n).swapaxes(2, 3)
+    nodes = np.flatnonzero(pinned.any(axis=1))
+    yield nodes[:, None], (pinned[nodes][:, :, None] * np.eye(pinned.shape[1]))[:, None, None]
 
 
 @frozen
@@ -405,6 +452,6 @@ def saddle_point_system(equations: Equations, *, platform_fixed: bool) -> Saddle
     if left.size > _LARGE:
         # Where nothing is pinned or dropped, one factorisation is for the platform free and fixed.
         condensed = condensed_system(equations, tuple(pinned), tuple(dropped))
-        if condensed is not None and not condensed.holds_platform and not platform_fixed:
+        if condensed is not None and condensed.factors.last is None and not platform_fixed:
             condensed = None
     return SaddlePointSystem(equations, platform_fixed, mobile, dependent, left, condensed)
