@@ -252,3 +252,11 @@ def test_plot_of_a_mode_moves(tmp_path):
     page = path.read_text(encoding="utf-8")
     assert "mode 2" in page
     assert "swing(document.getElementById(" in page
+
+
+def test_points_and_lengths_that_are_far_away_are_questioned():
+    for command, given in (("stiffness", ("--at", "0 0 900")), ("indices", ("--length", "900"))):
+        outcome = Running(command)("hexapod", *given)
+        assert outcome.exit_code == 0
+        assert f"warning: {given[0]}: a length of 900 m; in mm?" in outcome.stderr
+        assert not Running(command)("hexapod", given[0], f"{given[1]} mm").stderr

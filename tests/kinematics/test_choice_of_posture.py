@@ -10,6 +10,7 @@ import robostiff as rs
 from robostiff.kinematics import place_chain
 from robostiff.model import Coordinate, Element
 from robostiff.spatial import Frame, Space
+from tests.files import FILES
 from tests.generators.elements import ROD, STEEL
 
 FREE = rs.Passive()
@@ -249,29 +250,10 @@ def test_another_assembly_mode_is_no_answer() -> None:
     assert np.abs((K - reference) / scale).max() < 1e-9
 
 
-TURNTABLE = """\
-robostiff: 1
-name: turntable
-source: a test
-home: {at: [0.12, 0, 0.5]}
-legs:
-  - name: leg
-    chain:
-      - {type: revolute, axis: z, role: actuated, stiffness: 1e5 N m/rad}
-      - {type: rigid, to: [0.5, 0, 0]}
-      - {type: prismatic, axis: z, role: actuated, stiffness: 5e7 N/m, home: 0.2}
-      - {type: revolute, axis: y, role: actuated, stiffness: 1e5 N m/rad, home: -0.9}
-      - {type: beam, to: [0, 0, 0.5], material: steel, section: {circle: {diameter: 40 mm}}}
-      - {type: spherical, role: passive, home: [0, 0.9, 0]}
-"""
-
-
 @pytest.mark.parametrize("aside", [0.03, 0.003, 0.001, 0.0003])
-def test_a_way_that_passes_a_singularity_nearby(tmp_path, aside):
+def test_a_way_that_passes_a_singularity_nearby(aside):
     """The end of the rod passes the axis of the table, which turns by half a turn then."""
-    file = tmp_path / "turntable.yaml"
-    file.write_text(TURNTABLE)
-    found = rs.stiffness(rs.load(file), [-0.12, aside, 0.5, 0, 0, 0])
+    found = rs.stiffness(rs.load(FILES / "turntable.yaml"), [-0.12, aside, 0.5, 0, 0, 0])
     assert not found.status.is_bad
     (turn, _, hinge), out = found.joint_coordinates["leg"][:3], np.hypot(0.12, aside)
     np.testing.assert_allclose(turn, np.pi - np.arctan2(aside, 0.12), rtol=1e-12)

@@ -12,7 +12,8 @@ import numpy as np
 from robostiff import load
 from robostiff.elasticity import CrossSection, material
 from robostiff.model import Actuated, Passive, PlacedFreedom
-from robostiff.network import Network, Node, beam_between
+from robostiff.network import JointElement, Network, Node, beam_between
+from robostiff.spatial import Space
 
 STEEL = material("steel")
 BAR = CrossSection(4e-4, 1.2e-8, 3.1e-8, 2.5e-8, 0.85, 0.7)
@@ -59,6 +60,32 @@ def chain_of_beams(ends: np.ndarray, pieces: int) -> Network:
     ]
     tip = all_nodes[-1]
     return Network("chain", tuple(all_nodes), ("n0",), tip.name, tip.point, beams=tuple(beams))
+
+
+def slender_frame() -> Network:
+    """A planar frame of wires in triangles, with a hinge and a slide that is across no axis."""
+    at = {"a": [0, 0, 0], "b": [0.9, 0.2, 0], "c": [1.3, 1.1, 0], "d": [0.3, 0.8, 0]}
+    at |= {"e": [2.0, 0.4, 0], "pin": [0.9, 0.2, 0], "slide": [1.3, 1.1, 0]}
+    by = {node.name: node for node in nodes(**at)}
+    wire = CrossSection(6e-8, 3e-16, 3e-16, 6e-16)
+    ends = ("a", "b"), ("b", "c"), ("c", "d"), ("d", "a"), ("a", "c"), ("pin", "e"), ("slide", "e")
+    beams = (
+        beam_between(by[a], by[b], STEEL, wire, y_axis=[0, 0, 1], name=f"{a} {b}") for a, b in ends
+    )
+    joints = (
+        JointElement("pin", "pin", "b", (turning(at["b"], [0, 0, 1]),)),
+        JointElement("slide", "slide", "c", (sliding(at["c"], [0.6, 0.8, 0]),)),
+    )
+    return Network(
+        "frame",
+        tuple(by.values()),
+        ("a",),
+        "e",
+        by["e"].point,
+        beams=tuple(beams),
+        joints=joints,
+        space=Space.PLANAR,
+    )
 
 
 def lattice(cells: int) -> Network:

@@ -19,8 +19,9 @@ from robostiff.network import (
     beam_between,
     network_of_snapshot,
 )
-from robostiff.spatial import Frame
+from robostiff.spatial import Frame, Space
 from robostiff.statics import Bowing
+from tests.network.frames import slender_frame
 from tests.statics.robots_under_load import loaded, root
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -116,6 +117,17 @@ def test_a_shipped_network_has_its_linear_stiffness_at_rest():
     on_body = loaded(network, loads={"platform": force})
     same = loaded(network, wrench=[0, 0, -20, 0, 0, 0], at=network.reference_point)
     assert np.allclose(on_body.displacement, same.displacement, rtol=1e-9, atol=1e-14)
+
+
+def test_slender_bars_keep_their_digits_in_the_plane():
+    """Some 4000 times as long as thick and across the axes of the world: as in space."""
+    frame, rows = slender_frame(), list(Space.PLANAR.rows)
+    F = np.array([2e-7, -3e-7, 1e-7])
+    plane = loaded(frame, wrench=F)
+    space = loaded(replace(frame, space=Space.SPATIAL), wrench=[*F[:2], 0, 0, 0, F[2]])
+    assert np.abs(plane.displacement[1]) > 1e-3
+    assert np.allclose(plane.displacement, space.displacement[rows], rtol=1e-10, atol=0)
+    assert np.allclose(plane.K, space.K[np.ix_(rows, rows)], rtol=1e-10, atol=0)
 
 
 A, B, D = 0.3, 0.5, 0.4

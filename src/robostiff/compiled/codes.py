@@ -12,7 +12,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 
 from robostiff.compiled.one_pose import OnePose
-from robostiff.compiled.program_text import LONG, text_of
+from robostiff.compiled.program_text import LINE, LONG, text_of
 from robostiff.frozen import frozen
 from robostiff.record import NUMPY_FUNCTIONS, Program
 
@@ -147,7 +147,6 @@ _FEW = 16
 #: multiple of all widths of vectors, so that no bit depends on it; no power of two, at which all
 #: rows would share a few lines of the cache.
 POSES_A_CHUNK = 8184
-_LINE = 8  # numbers in a line of the cache
 
 
 def in_shares(
@@ -181,9 +180,9 @@ def room_for(rows: int, poses: int) -> np.ndarray:
     >>> room_for(36, 1000).strides, room_for(36, 1024).strides
     ((8000, 8), (8256, 8))
     """
-    apart = _LINE * (-(-poses // _LINE) | 1)
-    memory = np.empty(rows * apart + _LINE)
-    start = -(memory.ctypes.data // memory.itemsize) % _LINE
+    apart = LINE * (-(-poses // LINE) | 1)
+    memory = np.empty(rows * apart + LINE)
+    start = -(memory.ctypes.data // memory.itemsize) % LINE
     return memory[start : start + rows * apart].reshape(rows, apart)[:, :poses]
 
 

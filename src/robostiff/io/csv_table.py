@@ -17,7 +17,7 @@ from robostiff.errors import FileError, InputError, Location, Words, warn_of_sli
 from robostiff.frozen import frozen, replace
 from robostiff.io.bounded_file import bounded_bytes
 from robostiff.io.suggest import did_you_mean
-from robostiff.io.units import Dimension, parse_quantity, to_si
+from robostiff.io.units import Dimension, to_si
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.model import Robot
@@ -221,11 +221,12 @@ def _factor(at: Location, name: str, unit: str, si_unit: str) -> float:
         if unit not in _TIMES:
             raise FileError(at, "unit of time", got=unit, expected="s, ms or min")
         return _TIMES[unit]
+    dimension = Dimension.of(si_unit)
     try:
-        quantity = parse_quantity(f"1 {unit}")
-        return to_si(quantity, Dimension.of(si_unit), subject=f"unit of {name}", got=unit)
+        return to_si(f"1 {unit}", dimension)
     except InputError as error:
-        raise FileError.from_input_error(at, error) from None
+        words = {"got": unit, "expected": str(dimension), "hint": error.hint}
+        raise FileError(at, f"unit of {name}", **words) from None
 
 
 def _fields(line: str, separator: str) -> list[str]:

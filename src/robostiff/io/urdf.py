@@ -225,15 +225,27 @@ _HARMLESS = frozenset(
     )
 )
 
-_READ = {  # of joints and inertials, with their attributes; () for any
+_READ = {  # of joints and inertials, with their attributes
     "origin": ("xyz", "rpy", "quat_xyzw"),
     "axis": ("xyz",),
     "mimic": ("joint", "multiplier", "offset"),
     "mass": ("value",),
     "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
-    **dict.fromkeys(("parent", "child", "limit", "dynamics", "armature", "springStiffness"), ()),
-    **dict.fromkeys(("springReference", "calibration", "safety_controller"), ()),
+    "limit": (
+        *("lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk"),
+        *("current", "command_effort", "gear_velocity", "drake:acceleration", "drake:jerk"),
+    ),
+    "dynamics": (
+        *("damping", "friction", "spring_stiffness", "spring_reference", "armature"),
+        *("mu_coulomb", "mu_viscous", "D"),
+    ),
 }
+_ANY = frozenset(
+    (
+        *("parent", "child", "armature", "springStiffness", "springReference"),
+        *("calibration", "safety_controller"),
+    )
+)
 
 _Unread = defaultdict[str, list[tuple[str, Location]]]  # for each kind, names and places
 _TURNING, _BALL = ("revolute", "continuous", "hinge"), ("ball", "spherical")
@@ -283,24 +295,41 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
 
 def _name_parts_not_read(root: XmlElement, unread: _Unread) -> None:
     """Add what stands in joints, links and inertials under other names, or a second time."""
-    inertials = (own for link in root.all("link") for own in link.all("inertial"))
+    inertials = [(link, own) for link in root.all("link") for own in link.all("inertial")]
     for link in root.all("link"):
         for part in link.children:
             again = part.tag == "inertial"
             if part is not link.one("inertial") and (part.tag == "mass" or part.all("mass")):
                 unread[f"{'a second ' * again}<{part.tag}> of"].append(link.place)
-    for element in (*root.all("joint"), *inertials):
+    for named, element in (*((own, own) for own in root.all("joint")), *inertials):
         passed: set[str] = set()
         for part in element.children:
-            known, again = _READ.get(part.tag), part.tag in passed
-            kinds = [
-                f"{key} in <{part.tag}>" for key in part.attributes if known and key not in known
-            ]
-            if known is None or again:
+            known, again = _READ.get(part.tag, ()), part.tag in passed
+            inner = () if part.tag == "dynamics" else known  # which SDF writes as elements
+            found = [key for key in part.attributes if key not in known]
+            found += [f"<{k.tag}>" for k in part.children if inner or k.tag not in known]
+            kinds = [f"{key} in <{part.tag}>" for key in found + ["text"] * bool(part.text.strip())]
+            kinds *= part.tag not in _ANY
+            if again or part.tag not in {*_READ, *_ANY}:
                 kinds = [f"{'a second ' * again}<{part.tag}>"]
             passed.add(part.tag)
             for kind in kinds:
-                unread[f"{kind} of"].append(element.place)
+                unread[f"{kind} of"].append(named.place)
+    inner = [(own, part) for own in root.children for part in own.children]
+    followers = [
+        part.place
+        for own, part in inner
+        if own.tag == "ros2_control"
+        for parameter in part.all("param")
+        if parameter.attributes.get("name") == "mimic"
+    ]
+    followers += [
+        (_text(part, "mimicJoint"), part.location) for own, part in inner if part.tag == "plugin"
+    ]
+    said = {"", *(joint.attributes["name"] for joint in root.all("joint") if joint.one("mimic"))}
+    unread["joints that follow others by ros2_control or a plugin,"] += [
+        own for own in followers if own[0] not in said
+    ]
 
 
 def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: float) -> float:

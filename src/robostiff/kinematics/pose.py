@@ -157,7 +157,8 @@ def check_is_not_posed(robot: Any, pose: object) -> None:
 
 def coordinate_units(robot: Robot) -> tuple[str, ...]:
     """SI units of the free pose coordinates of a robot, m or rad."""
-    return tuple(Space.SPATIAL.twist_units[place] for place in robot.coordinate_places)
+    units = Space.SPATIAL.twist_units
+    return tuple(units[place] for place in robot.coordinate_places)
 
 
 def joint_units(chain: Chain) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from robostiff.network.elements import (
     find_properties,
 )
 from robostiff.network.network import Network
-from robostiff.spatial import Space, block_rotation, compliance_modes, twist_transport
+from robostiff.spatial import Space, block_rotation, compliance_modes, level_axes, twist_transport
 
 # Condition of a compliance scaled to a unit diagonal: beyond it stiff directions are separated.
 _DENSE = 1e3
@@ -243,19 +243,18 @@ def _in_space(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compliance and freedoms of elements in axes in which to work, and these axes (N, n, n).
 
-    In space they are the element's own: turned to the world, stiff directions would lose to soft
-    ones as many digits as lie between them.
+    They are the element's own, in the plane those beside them: turned to the world, stiff
+    directions would lose to soft ones as many digits as lie between them.
     """
-    axes = block_rotation(rotation)
     if space is Space.SPATIAL:
-        return C, J, axes
-    C, J = axes @ C @ np.swapaxes(axes, 1, 2), axes @ J
+        return C, J, block_rotation(rotation)
+    level, rows = level_axes(rotation), list(space.rows)
+    turn = block_rotation(np.swapaxes(level, 1, 2) @ rotation)
+    C, J = turn @ C @ np.swapaxes(turn, 1, 2), turn @ J
     for own, C_own, J_own in zip(elements, C, J, strict=True):
         check_joints_in_plane(J_own, [own.name] * J_own.shape[1], "network")
         check_compliance_in_plane(C_own, f"part {own.name!r} of a planar network")
-    rows = list(space.rows)
-    axes = np.broadcast_to(np.eye(len(rows)), (len(C), len(rows), len(rows)))
-    return C[:, rows][:, :, rows], J[:, rows], axes
+    return C[:, rows][:, :, rows], J[:, rows], block_rotation(level)[:, rows][:, :, rows]
 
 
 # A point further from where a body is attached than this many lengths costs digits.

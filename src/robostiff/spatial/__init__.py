@@ -23,6 +23,7 @@ from robostiff.spatial.screw import full_turn as full_turn
 from robostiff.spatial.screw import screw_of_twist as screw_of_twist
 from robostiff.spatial.space import Space as Space
 from robostiff.spatial.transport import block_rotation as block_rotation
+from robostiff.spatial.transport import level_axes as level_axes
 from robostiff.spatial.transport import move_compliance as move_compliance
 from robostiff.spatial.transport import move_stiffness as move_stiffness
 from robostiff.spatial.transport import move_twist as move_twist

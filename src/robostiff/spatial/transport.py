@@ -175,6 +175,37 @@ def block_rotation(R: Shaped[np.ndarray, "*batch 3 3"]) -> Shaped[np.ndarray, "*
     return block
 
 
+def level_axes(R: Shaped[np.ndarray, "*batch 3 3"]) -> Shaped[np.ndarray, "*batch 3 3"]:
+    """Axes x and y in the x-y plane, x along one of the local axes that lie flattest, and z.
+
+    A part that bends in the plane has its stiff directions along them: turned to the world, these
+    would lose to soft ones as many digits as lie between them.
+
+    Parameters
+    ----------
+    R : (..., 3, 3) array
+        Rotation whose columns are the local axes in global coordinates.
+
+    Returns
+    -------
+    (..., 3, 3) array
+        Rotation whose columns are these axes in global coordinates.
+
+    Examples
+    --------
+    >>> level_axes(np.array([[0.6, 0.0, -0.8], [0.8, 0.0, 0.6], [0.0, -1.0, 0.0]]))
+    array([[ 0.6, -0.8,  0. ],
+           [ 0.8,  0.6,  0. ],
+           [ 0. ,  0. ,  1. ]])
+    """
+    flattest = np.argmin(np.abs(R[..., 2:, :]), axis=-1)[..., None]
+    x, y = np.moveaxis(np.take_along_axis(R, flattest, axis=-1)[..., :2, 0], -1, 0)
+    level, size = np.zeros(R.shape), np.hypot(x, y)
+    level[..., 0, 0] = level[..., 1, 1] = x / size
+    level[..., 1, 0], level[..., 0, 1], level[..., 2, 2] = y / size, -y / size, 1
+    return level
+
+
 def rotate_stiffness(
     K_local: Shaped[np.ndarray, "*#batch 6 6"], R: Shaped[np.ndarray, "*#batch 3 3"]
 ) -> Shaped[np.ndarray, "*batch 6 6"]:

@@ -15,7 +15,7 @@ from robostiff.frozen import frozen, replace
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
 from robostiff.model.batched import one_of
 from robostiff.record import is_zero, square_root, usual_size
-from robostiff.spatial import Space, compliance_modes, cross
+from robostiff.spatial import Space, block_rotation, compliance_modes, cross, level_axes
 from robostiff.statics.chains.elements import Bending, Element, FiniteJoint, FiniteSpring
 
 # Of a compliance: shear that is rounding.
@@ -329,14 +329,14 @@ def elastic_element(
         axial, part, planes = parts / C.T[0, 0], length / parts, [(y, z), (z, -y)]
         C = part_of_beam(C, length, parts)
     motions, C_in = np.eye(6, dtype=int).astype(C.dtype), C
-    if space is Space.PLANAR:  # motions of the plane, in world axes
+    if space is Space.PLANAR:  # motions of the plane, of entries in world axes
         up, rows = rotation[..., 2, :], np.array(space.rows)
         planes = [(cross(up, x), up)] if planes else []
-        world = np.zeros((*rotation.shape[:-2], 6, 6), dtype=int).astype(C.dtype)
-        world[..., :3, :3] = world[..., 3:, 3:] = rotation
-        free = (world @ free)[..., rows, :]
-        motions = np.swapaxes(world, -1, -2)
-        C_in, motions = (world @ C @ motions)[..., rows[:, None], rows], motions[..., rows]
+        is_number = rotation.dtype != object
+        to_plane = np.swapaxes(level_axes(rotation), -1, -2) if is_number else np.eye(3, dtype=int)
+        there = block_rotation(to_plane @ rotation)
+        free, motions = (there @ free)[..., rows, :], np.swapaxes(there, -1, -2)
+        C_in, motions = (there @ C @ motions)[..., rows[:, None], rows], motions[..., rows]
     modes, k = modes_of(C_in, free)
     V, nowhere = motions @ modes, np.zeros(3, dtype=int).astype(C.dtype)
     bent = bending(V, C, part, planes, inner=inner)

@@ -304,7 +304,10 @@ def vibrations(
 
 def _by_component(block: ComponentBlock, rows: np.ndarray, chains: np.ndarray) -> np.ndarray:
     """Rows of chains (k, m) by the N components of a block (N, k, m), zero where one has fewer."""
-    number, own = np.nonzero((block.chains[..., None] == chains).any(axis=1))
+    component = np.full(1 + max(np.max(chains, initial=0), np.max(block.chains)), -1)
+    component[block.chains] = np.arange(len(block.at))[:, None]
+    own = np.argsort(component[chains], kind="stable")[np.sum(component[chains] < 0) :]
+    number = component[chains[own]]
     counts = np.bincount(number, minlength=len(block.at))
     place = np.arange(len(own)) - np.repeat(np.cumsum(counts) - counts, counts)
     found = np.zeros((len(counts), np.max(counts, initial=0), rows.shape[1]))
