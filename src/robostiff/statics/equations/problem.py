@@ -68,14 +68,6 @@ class DeadForces:
 
 
 @frozen
-class Steady:
-    """What acts on the platform at any load, in balance with cables at the unloaded posture."""
-
-    weights: DeadForces
-    moment: np.ndarray  # (r,): as a wrench
-
-
-@frozen
 class Linearised:
     """The equations of a robot at a state, legs eliminated.
 
@@ -122,9 +114,11 @@ class EquilibriumProblem:
     point: np.ndarray
     length: float  # characteristic [m]
     dead: DeadForces
-    steady: Steady | None = None  # of cables
     # where bodies are that results list by name; None of the platform
     nodes: Mapping[str, Spot | None] = field(default_factory=dict)
+    # at any load, and a moment as a wrench (r,): in balance with cables at the unloaded posture
+    steady: DeadForces | None = None
+    moment: np.ndarray | float = 0.0
 
     @property
     def unloaded(self) -> State:
@@ -328,8 +322,8 @@ class EquilibriumProblem:
             turning = share * turning
             acting, rate = acting + share * total[rows], rate + grows * total[rows]
         if self.steady is not None:
-            total, more = self.steady.weights.acting(state.R)
-            acting, turning = acting + self.steady.moment + total[rows], turning + more
+            total, more = self.steady.acting(state.R)
+            acting, turning = acting + self.moment + total[rows], turning + more
         return acting, rate, turning[np.ix_(rows, rows)]
 
 
