@@ -261,8 +261,8 @@ class CarriedLoads:
         on_platform[rows] = wrench
         applied = [on_platform, self.share * problem.dead.acting(where.R)[0]]
         if problem.steady is not None:
-            on_platform[rows] += problem.steady.moment
-            applied.append(problem.steady.weights.acting(where.R)[0])
+            on_platform[rows] += problem.moment
+            applied.append(problem.steady.acting(where.R)[0])
         forces, points = (x[: legs.numbers.of_chains.first_anchor] for x in self._acting)
         applied += [*wrench_at(about, points, forces)]
         carried: list[np.ndarray] = []

@@ -334,7 +334,7 @@ class _Request:
             together = None
             if not np.any(self.wrenches[rows]):
                 together = postures.as_robots(rows, self.acting, self.masses)
-            if together and not (together[0].closures or together[0].at_rest.lacks_digits):
+            if together and not (any(together[0].missing) or together[0].at_rest.lacks_digits):
                 found = vibrations(*together, together[0].at_rest, together[0].unloaded)
                 own |= zip(rows, found, strict=False)  # none where robots differ
         one = cache(lambda i: self.one(i, own.get(i)))

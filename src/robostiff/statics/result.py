@@ -351,7 +351,7 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         share, shift = found.loading.share_at(found.factor), state.p - problem.point
         total = self.energy + problem.legs.load_potential(state, share)
         if problem.steady is not None:
-            total += problem.steady.weights.potential(state.R, shift)
+            total += problem.steady.potential(state.R, shift)
         return total + share * problem.dead.potential(state.R, shift)
 
     @cached_property

@@ -10,7 +10,7 @@ import numpy as np
 from robostiff.frozen import field, frozen, replace
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.chains.elements import NOBODY, Spot
-from robostiff.statics.chains.equilibrated import Closure, HeldPlatform, solve, unit_free
+from robostiff.statics.chains.equilibrated import Closure, HeldPlatform
 from robostiff.statics.chains.legs import LegEquations, Legs, State
 from robostiff.statics.chains.moving_chain import sum_of_crosses
 from robostiff.statics.chains.numbers import ComponentBlock
@@ -68,14 +68,6 @@ class DeadForces:
 
 
 @frozen
-class Steady:
-    """What acts on the platform at any load, in balance with cables at the unloaded posture."""
-
-    weights: DeadForces
-    moment: np.ndarray  # (r,): as a wrench
-
-
-@frozen
 class Linearised:
     """The equations of a robot at a state, legs eliminated.
 
@@ -122,9 +114,11 @@ class EquilibriumProblem:
     point: np.ndarray
     length: float  # characteristic [m]
     dead: DeadForces
-    steady: Steady | None = None  # of cables
     # where bodies are that results list by name; None of the platform
     nodes: Mapping[str, Spot | None] = field(default_factory=dict)
+    # at any load, and a moment as a wrench (r,): in balance with cables at the unloaded posture
+    steady: DeadForces | None = None
+    moment: np.ndarray | float = 0.0
 
     @property
     def unloaded(self) -> State:
@@ -158,24 +152,20 @@ class EquilibriumProblem:
         return np.concatenate([np.zeros(0, dtype=int), *coordinates])
 
     @cached_property
+    def _unloaded(self) -> LegEquations:
+        """Those of the legs at the unloaded posture without load."""
+        return self.legs.equations(self.unloaded, 0.0)
+
+    @cached_property
     def at_rest(self) -> Linearised:
         """The equations at the unloaded posture without load."""
-        return self._plain if self.closures is None else self._unloaded(2, self.closures)
-
-    @cached_property
-    def _plain(self) -> Linearised:
-        """The same, no directions of legs being missing."""
-        return self._unloaded(0, None)
-
-    def _unloaded(self, refinements: int, closures: tuple[Closure, ...] | None) -> Linearised:
         no_load = LoadCase(np.zeros(self.size), share_rate=0.0)
-        return self._linearised(self.unloaded, no_load, 0.0, refinements, closures, None)
+        return self._linearised(self._unloaded, no_load, 0.0, 2 if any(self.missing) else 0, None)
 
     @cached_property
-    def closures(self) -> tuple[Closure, ...] | None:
-        """Those of the legs, where some directions of theirs are missing."""
-        found = self.closures_of(self._plain.equations.A)
-        return found if any(np.any(closure.deficits) for closure in found) else None
+    def closures(self) -> tuple[Closure, ...]:
+        """Those of the legs at the unloaded posture."""
+        return self.closures_of(self._unloaded.A)
 
     def closures_of(self, tangents: Sequence[np.ndarray]) -> tuple[Closure, ...]:
         """Those of the blocks of legs, by their tangents."""
@@ -187,9 +177,7 @@ class EquilibriumProblem:
     @property
     def missing(self) -> list[int]:
         """Directions at most that closures of the legs of each block lack, of rigid parts."""
-        if self.closures is None:
-            return [0] * len(self.blocks)
-        return [int(c.deficits.max()) for c in self.closures]
+        return [closure.deficit for closure in self.closures]
 
     def linear_equations(
         self, state: State, loading: LoadCase, factor: float, refinements: int = 0
@@ -205,30 +193,21 @@ class EquilibriumProblem:
                 by_factor=rest.by_factor + rate,
             )
         rank = 0 if rest.held_platform is None else rest.held_platform.rank
-        return self._linearised(state, loading, factor, refinements, self.closures, rank)
+        eq = self.legs.equations(state, loading.share_at(factor))
+        return self._linearised(eq, loading, factor, refinements, rank)
 
     def _linearised(
-        self,
-        state: State,
-        loading: LoadCase,
-        factor: float,
-        refinements: int,
-        closures: tuple[Closure, ...] | None,
-        rank: int | None,
+        self, eq: LegEquations, loading: LoadCase, factor: float, refinements: int, rank: int | None
     ) -> Linearised:
-        eq = self.legs.equations(state, loading.share_at(factor))
-        by_factor = eq.r_share * loading.share_rate
+        by_factor, state = eq.r_share * loading.share_rate, eq.state
         wanted = -np.column_stack([eq.r, self.legs.numbers.by_twist, by_factor])
         solution, regular = np.zeros(wanted.shape), True
         lacking: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-        for g, (block, A) in enumerate(zip(self.blocks, eq.A, strict=True)):
-            if closures is not None and np.any(closures[g].deficits):
-                given = A, wanted[block.at], refinements
-                solution[block.at], lost, lacking[g] = closures[g].solve(*given)
-            else:
-                rows = self.units[block.at[0, block.free :]]
-                first = unit_free(A, self.units[block.coordinates], rows)
-                solution[block.at], lost = solve(A, wanted[block.at], first, refinements)
+        each = zip(self.blocks, eq.A, self.closures, strict=True)
+        for g, (block, A, closure) in enumerate(each):
+            solution[block.at], lost, open_ = closure.solve(A, wanted[block.at], refinements)
+            if open_ is not None:
+                lacking[g] = open_
             regular = regular and not np.any(lost)
         # what only the base holds has no end on the platform
         ends = self.legs.numbers.on_platform
@@ -343,8 +322,8 @@ class EquilibriumProblem:
             turning = share * turning
             acting, rate = acting + share * total[rows], rate + grows * total[rows]
         if self.steady is not None:
-            total, more = self.steady.weights.acting(state.R)
-            acting, turning = acting + self.steady.moment + total[rows], turning + more
+            total, more = self.steady.acting(state.R)
+            acting, turning = acting + self.moment + total[rows], turning + more
         return acting, rate, turning[np.ix_(rows, rows)]
 
 
