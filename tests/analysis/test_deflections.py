@@ -12,7 +12,6 @@ from robostiff.spatial import move_twist, move_wrench
 from tests.generators.kernel_robots import robot_called
 from tests.generators.machines import case_b, elbow_arm
 
-POSE = np.array([0.03, -0.02, 0.62, 0.1, -0.15, 0.2])
 LOAD = np.array([120.0, -40, 300, 12, -7, 5])
 
 
