@@ -12,19 +12,7 @@ from robostiff.spatial import move_twist, move_wrench
 from tests.generators.kernel_robots import robot_called
 from tests.generators.machines import case_b, elbow_arm
 
-POSE = np.array([0.03, -0.02, 0.62, 0.1, -0.15, 0.2])
 LOAD = np.array([120.0, -40, 300, 12, -7, 5])
-
-
-def test_given_about_another_point():
-    robot, at = case_b(), np.array([0.2, 0.1, 0.9])
-    here = deflection(robot, POSE, LOAD)
-    v = at - here.stiffness.reference_point
-    there = deflection(robot, POSE, move_wrench(LOAD, v), at=at)
-    assert np.allclose(there.twist, move_twist(here.twist, v), rtol=0, atol=1e-12 * 1e-3)
-    assert np.isclose(there.energy, here.energy, rtol=1e-10, atol=0)
-    for a, b in zip(here.actuators, there.actuators, strict=True):
-        assert np.isclose(a.load, b.load, rtol=1e-9)
 
 
 def test_actuator_loads_of_a_serial_arm_by_virtual_work():

@@ -5,8 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import robostiff as rs
-from robostiff import stiffness
 from robostiff.analysis import free_motions_in_words
 from robostiff.spatial import move_twist
 
@@ -105,18 +103,3 @@ def test_in_the_plane():
     slides = free_motions_in_words(np.array([[0.0, 2.0, 0]]), ORIGIN, 1.0)
     assert [str(motion) for motion in slides] == ["translation along y"]
     assert free_motions_in_words(np.zeros((0, 3)), ORIGIN, 1.0) == ()
-
-
-def test_apex_of_case_a():
-    robot, h, R, r = rs.load("gough-stewart-a"), 0.8, 0.5, 0.3
-    apex = h + h * r / (R - r)
-    words = [str(motion) for motion in stiffness(robot).free_motions]
-    assert sorted(words) == [
-        f"rotation about {axis} through (0, 0, {apex:.4g}) m" for axis in "xyz"
-    ]
-    # described about another point, it is the same motion
-    elsewhere = stiffness(robot, at=[0.3, 0.4, 0.5])
-    assert sorted(str(motion) for motion in elsewhere.free_motions) == sorted(words)
-    for motion in elsewhere.free_motions:
-        K = elsewhere.K
-        assert np.abs(K @ motion.twist).max() <= 1e-9 * np.abs(K).max()

@@ -204,12 +204,6 @@ def test_numbers_of_hundreds_of_digits_are_a_sum_of_springs():
     np.testing.assert_allclose(in_numbers(series, {}), rs.stiffness(robot).K, rtol=1e-9)
 
 
-@pytest.mark.parametrize("form", [rs.Closed(), rs.Steps()], ids=["closed", "steps"])
-def test_a_pose_in_symbols_that_the_legs_do_not_leave_free_is_refused(form):
-    with pytest.raises(rs.InputError, match="no pose near home at which all legs meet"):
-        rs.derive(rs.load(FILES / "overdetermined.yaml"), pose=rs.AtSymbols(), form=form)
-
-
 @pytest.mark.parametrize("symbol", ["k", "h"])
 def test_a_derivative_in_names_has_no_false_pole_and_is_short(symbol):
     robot, k = drive_as_stiff_as_its_beam()

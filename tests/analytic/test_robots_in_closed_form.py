@@ -7,9 +7,9 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic import canonical, snapshot_formula
 from robostiff.analytic.export import derivation_text
-from robostiff.model import PlacedLeg, parallelogram
+from robostiff.model import parallelogram
 from robostiff.spatial import Frame, Space
-from tests.analytic.formulas import X, Z, derived, sliding, three_puu, turning, vector
+from tests.analytic.formulas import derived, three_puu
 from tests.files import FILES, text_of
 
 
@@ -93,15 +93,6 @@ def test_given_coordinates_are_exact_and_agree():
     K = np.array(derivation.substituted({symbol(derivation, "k"): 1e8}).evalf(30), dtype=float)
     expected = rs.stiffness(robot.numeric, [0.1, 0, 0.8, 0, 0, np.radians(10)]).K
     np.testing.assert_allclose(K, expected, atol=1e-10 * np.max(expected))
-
-
-def test_a_leg_without_compliance_on_its_path_is_refused():
-    L = sp.Symbol("L", positive=True)
-    hinge = turning("hinge", vector(0, 0, 0), Z)
-    spring = sliding("slide", vector(0, 0, 0), X, sp.Symbol("k", positive=True))
-    leg = PlacedLeg("stiff", (hinge, spring), vector(L, 0, 0))
-    with pytest.raises(rs.InputError, match="meets no compliance"):
-        snapshot_formula(rs.Snapshot("stiff", (leg,), vector(L, 0, 0)))
 
 
 def test_a_snapshot_in_formulas_is_a_formula_as_others_are():

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import robostiff as rs
 from robostiff.network import network_of_snapshot
@@ -113,13 +112,3 @@ def test_legs_find_the_node_at_their_end(tmp_path):
     assert symbolic.holds == robot.holds
     # Arms in pairs, one beside the other, share what one arm carries alone.
     assert rs.stiffness(robot).K[2, 2] < rs.stiffness(star()).K[2, 2]
-
-
-def test_a_node_needs_a_platform_that_bends(tmp_path):
-    text = FILE.read_text()
-    start, stop = text.index("platform:\n"), text.index("\nlegs:\n")
-    path = tmp_path / "rigid.yaml"
-    leg = "  platform: {at: [r*cos(psi_i), r*sin(psi_i), 0]}"
-    path.write_text(text[:start] + text[stop:].replace(leg, "  platform: {node: end1}"))
-    with pytest.raises(rs.FileError, match="as the platform is rigid"):
-        rs.load(path)

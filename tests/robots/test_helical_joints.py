@@ -162,13 +162,6 @@ def test_a_platform_pose_of_an_arm_keeps_the_turns_of_its_screw():
     assert np.ravel(found.coordinates[0]) == pytest.approx(q, abs=1e-8)
 
 
-def test_a_planar_robot_has_no_screws():
-    text = arm().replace("name: screw arm", "name: screw arm\nplanar: true")
-    text = text.replace("[0, 100 mm, -200 mm]", "[0, 100 mm, 0]")
-    with pytest.raises(rs.InputError, match="axis of quill in a planar robot"):
-        model_from_document(parse_document(text))
-
-
 def test_a_free_screw_is_reported_as_one():
     leg = Leg(
         "leg",

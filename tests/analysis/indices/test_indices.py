@@ -6,8 +6,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -33,7 +31,7 @@ from robostiff.analysis.indices import (
 from robostiff.elasticity import elasticity_from_compliance, elasticity_from_stiffness
 from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.page import principal_table
-from robostiff.spatial import Screw, Space, move_compliance, move_stiffness, move_wrench, skew
+from robostiff.spatial import Space, move_compliance, move_stiffness, move_wrench, skew
 from tests.cases.metric import distance
 from tests.generators.chains import beam_compliance_of, random_rotation, snapshot_of
 from tests.generators.robots import strut
@@ -159,23 +157,6 @@ def test_coupling_is_symmetric_about_the_centres(seed: int):
     assert np.allclose(F, F.T, atol=1e-7 * np.abs(C[3:, 3:]).max())
     assert 0 < stiffness.coupling < 1
     assert 0 < compliance.coupling < 1
-
-
-@given(SEEDS)
-def test_axes_of_eigenscrews_balance_about_the_centres(seed: int):
-    result = random_body(seed)
-    found = eigenscrews(result)
-
-    def lever(screw, centre):
-        r = screw.point - centre
-        return r - (r @ screw.axis) * screw.axis
-
-    centre = centre_of_stiffness(result).point
-    levers = [w.stiffness * lever(w.screw, centre) for w in found.wrenches]
-    assert np.allclose(sum(levers), 0.0, atol=1e-6 * np.abs(levers).max())
-    centre = centre_of_compliance(result).point
-    levers = [lever(t.screw, centre) / t.stiffness for t in found.twists]
-    assert np.allclose(sum(levers), 0.0, atol=1e-6 * np.abs(levers).max())
 
 
 @given(SEEDS, st.floats(0.1, 3.0))
@@ -335,53 +316,6 @@ def test_a_moment_in_a_plane_is_about_z():
     assert [row[0] for row in table.rows] == ["force along x", "force along y", "moment about z"]
 
 
-def numbers_of(found: Any) -> np.ndarray:
-    """Those that belong to the machine, whatever its axes."""
-    eigenscrews = (*found.eigenscrews.wrenches, *found.eigenscrews.twists)
-    own = [*found.principal.translational, *found.collinear.rotational]
-    own += [one.stiffness for one in eigenscrews]
-    return np.array([*own, found.centre_of_stiffness.coupling, found.centre_of_compliance.coupling])
-
-
-@given(SEEDS, SEEDS)
-def test_axes_do_not_matter_and_places_turn_with_the_robot(seed: int, other: int):
-    R = any_rotation(other)
-    here, there = map(rs.indices, (random_body(seed), turned_body(seed, R)))
-    np.testing.assert_allclose(numbers_of(there), numbers_of(here), rtol=1e-6)
-    u = np.random.default_rng(seed).normal(size=3)
-    along, turned = (
-        directional_stiffness(here.result, u),
-        directional_stiffness(there.result, R @ u),
-    )
-    assert np.isclose(along.free, turned.free, rtol=1e-7)
-    for name in ("centre_of_stiffness", "centre_of_compliance"):
-        centre, moved = getattr(here, name), getattr(there, name)
-        np.testing.assert_allclose(moved.point, R @ centre.point, atol=1e-7)
-    for one, two in zip(screws_of(here), screws_of(there), strict=True):
-        assert np.isclose(one.pitch, two.pitch, atol=1e-6)
-        # lines: the moment of the direction about the origin turns with the rest
-        moment, sign = R @ np.cross(one.point, one.axis), np.sign(two.axis @ R @ one.axis)
-        np.testing.assert_allclose(np.cross(two.point, two.axis), sign * moment, atol=1e-6)
-
-
-def screws_of(found: Any) -> list[Screw]:
-    return [own.screw for own in (*found.eigenscrews.wrenches, *found.eigenscrews.twists)]
-
-
-@given(SEEDS, SEEDS)
-def test_what_depends_on_the_reference_point_and_what_does_not(seed: int, other: int):
-    result = random_body(seed)
-    away = result.reference_point + np.random.default_rng(other).uniform(1, 2, 3)
-    here, there = rs.indices(result), rs.indices(result.about(away))
-    np.testing.assert_allclose(numbers_of(there), numbers_of(here), rtol=1e-7)
-    for name in ("centre_of_stiffness", "centre_of_compliance"):
-        np.testing.assert_allclose(getattr(there, name).point, getattr(here, name).point, atol=1e-8)
-    for one, two in zip(screws_of(here), screws_of(there), strict=True):
-        np.testing.assert_allclose(one.point, two.point, atol=1e-7)
-    assert not np.allclose(here.principal.rotational, there.principal.rotational, rtol=1e-3)
-    assert not np.allclose(here.collinear.translational, there.collinear.translational, rtol=1e-3)
-
-
 # Robots whose stiffness is known or random, for tests of indices.
 
 
@@ -431,13 +365,6 @@ def planar_body(seed: int) -> Stiffness:
     K[np.ix_(outside, inside)] = 0.0
     point = np.append(rng.uniform(-1, 1, 2), 0.0)
     return _alone(elasticity_from_stiffness(K), point, space=Space.PLANAR)
-
-
-def turned_body(seed: int, R: np.ndarray) -> Stiffness:
-    """The body of `random_body`, turned about the world's origin."""
-    rng = np.random.default_rng(seed)
-    K, point = random_stiffness(rng), rng.uniform(-1, 1, 3)
-    return _alone(elasticity_from_stiffness(K), R @ point, R)
 
 
 def any_rotation(seed: int) -> np.ndarray:

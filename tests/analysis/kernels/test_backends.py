@@ -24,21 +24,6 @@ def no_llvmlite(monkeypatch):
     this_processor.cache_clear()
 
 
-@pytest.mark.needs("llvmlite")
-@pytest.mark.parametrize("name", ["hexapod", "3-rrr", "six-joint-arm"])
-def test_both_backends_say_the_same(name):
-    robot = model(name)
-    outputs = [rs.StiffnessMatrix(), rs.PrincipalStiffness()]
-    pose = around_home(robot, 50)
-    backends = (rs.Backend.ARRAYS, rs.Backend.MACHINE)
-    one, two = (rs.compile(robot, outputs, backend=b).evaluate(pose) for b in backends)
-    np.testing.assert_array_equal(one.status_codes, two.status_codes)
-    np.testing.assert_array_equal(one.rank, two.rank)
-    for key, values in one.values.items():
-        size = np.nanmax(np.abs(values), initial=1.0)
-        np.testing.assert_allclose(values, two.values[key], rtol=1e-9, atol=1e-12 * size)
-
-
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_threads_change_no_bit(backend, monkeypatch):
     robot = model("hexapod")

@@ -5,7 +5,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.posed_stiffness import direct_stiffness
-from tests.analysis.kernels.cases import BACKENDS, around_home, model, row
+from tests.analysis.kernels.cases import BACKENDS, around_home, model, of_fourth_order, row
 from tests.files import FILES, text_of, written
 
 ROBOTS = {
@@ -67,21 +67,23 @@ def test_guarded_poses_are_computed_with_their_own_values():
         )
 
 
-@pytest.mark.parametrize(("name", "by"), [("3-rrr", "l2"), ("tripteron", "l"), ("hexapod", "R")])
+@pytest.mark.parametrize(
+    ("name", "by"),
+    [("3-rrr", "l2"), ("tripteron", "l"), ("hexapod", "R"), ("3-rps", "R"), ("3-rps", "k")],
+)
 def test_derivatives_by_parameters_are_limits_of_differences(name, by):
-    robot = model(name, by)
-    rate = rs.Derivative(rs.StiffnessMatrix(), by)
+    """Also of robots that are closed by iteration, and at other values than the nominal ones."""
+    robot, rate = model(name, by), rs.Derivative(rs.StiffnessMatrix(), by)
     compiled = rs.compile(robot, [rate], parameters=(by,), backend=rs.Backend.ARRAYS)
-    pose = around_home(robot, 5)
-    value, step = robot.nominal[by], 1e-5 * robot.nominal[by]
-    up, down = (direct_stiffness(robot.substituted({by: value + s}), pose).K for s in (step, -step))
-    expected = (up - down) / (2 * step)
-    np.testing.assert_allclose(
-        compiled.evaluate(pose).values[rate.name],
-        expected,
-        rtol=1e-6,
-        atol=1e-7 * np.abs(expected).max(),
-    )
+    pose, value = around_home(robot, 5), 1.02 * robot.nominal[by]
+
+    def K(shift):
+        return direct_stiffness(robot.substituted({by: value + shift}), pose).K
+
+    expected = of_fourth_order(K, 3e-4 * value)
+    found = compiled.evaluate(pose, parameters={by: value}).values[rate.name]
+    sizes = np.abs(expected).max(axis=(1, 2), keepdims=True)
+    assert np.all(np.abs(found - expected) <= 1e-8 * sizes)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
