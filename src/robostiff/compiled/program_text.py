@@ -184,9 +184,7 @@ def _parts(program: Program, length: int) -> list[list[int]]:
         if operation is Operation.RECIPROCAL and a in roots:
             partner[a] = i
     second = set(partner.values())
-    order = [
-        j for i in order if i not in second for j in ((i, partner[i]) if i in partner else (i,))
-    ]
+    order = [j for i in order if i not in second for j in (i, partner.get(i, -1)) if j >= 0]
     last = {j: at for at, i in enumerate(order) for j in _sources(program, i)}
     crossing = np.zeros(len(order) + 1, dtype=int)  # values, from before a place to those behind it
     for at, i in enumerate(order):
@@ -402,8 +400,7 @@ class _Lines:
         known = self.compare("olt", self._call("fabs", x), self.number(_LARGEST_ANGLE))
         rest = self.select(known, rest, self.number(math.nan))
         square = self.times(rest, rest)
-        cube = self.times(rest, square)
-        sine = self._times_plus(cube, self._polynomial(_SINE, square), rest)
+        sine = self._times_plus(self.times(rest, square), self._polynomial(_SINE, square), rest)
         half = self._times_plus(square, self.number(-0.5), self.number(1.0))
         fourth = self.times(square, square)
         cosine = self._times_plus(fourth, self._polynomial(_COSINE, square), half)
@@ -431,13 +428,12 @@ class _Lines:
 
     def arc_tangent(self, y: str, x: str) -> str:
         """Angle of (x, y), as ``atan2``."""
-        zero = self.number(0.0)
         across, along = self._call("fabs", y), self._call("fabs", x)
         is_steep = self.compare("ogt", across, along)
         longer, shorter = (
             self.select(is_steep, *pair) for pair in ((across, along), (along, across))
         )
-        is_origin = self.compare("oeq", longer, zero)
+        is_origin = self.compare("oeq", longer, self.number(0.0))
         slope = self.over(shorter, self.select(is_origin, self.number(1.0), longer))
         is_wide = self.compare("ogt", slope, self.number(0.66))
         one = self.number(1.0)

@@ -111,11 +111,8 @@ def loaded_legs(
         else:
             carried += [CarriedMass(m, spot) for m in several]
     held = chains.at.keys() - {(chains.of_body[assembly.base], None)}  # bodies that move
-    nodes = {
-        name: chains.spot(NamedBody(body), "loads")
-        for name, body in assembly.nodes.items()
-        if (chains.of_body[body], None) in held
-    }
+    bodies = {name: b for name, b in assembly.nodes.items() if (chains.of_body[b], None) in held}
+    nodes = {name: chains.spot(NamedBody(body), "loads") for name, body in bodies.items()}
     springs = [chains.spring(spring) for spring in assembly.springs]
     legs = chains.legs(springs, platform_point, rows)
     return LoadedAssembly(legs, on_platform, CarriedMasses(tuple(carried), tuple(masses)), nodes)
