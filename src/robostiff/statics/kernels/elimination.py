@@ -110,11 +110,11 @@ class SymmetricElimination:
             self.still += [resistance, _NOTHING**2 - driven * driven]
             self._solved.append(({name: {}}, {name: 0}))
         # in units of the robot's length: what carries a force is a spring of some compliance
-        sizes = {name: self._size(name, name)[1] * self._scale[name] ** 2 for name in rest}
+        sizes = {name: self._size(name, name)[1] / self._scale[name] ** 2 for name in rest}
         softest = max(sizes.values(), default=0.0)
         while rest:
-            chosen = max(rest, key=lambda name: self._size(name, name)[0] * self._scale[name] ** 2)
-            if self._size(chosen, chosen)[0] * self._scale[chosen] ** 2 <= _LOST * softest:
+            chosen = max(rest, key=lambda name: self._size(name, name)[0] / self._scale[name] ** 2)
+            if self._size(chosen, chosen)[0] / self._scale[chosen] ** 2 <= _LOST * softest:
                 raise RigidLegError(chosen)
             rest.remove(chosen)
             self.pivots.append(as_part(-self.A[chosen][chosen]))
