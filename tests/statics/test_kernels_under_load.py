@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from robostiff.spatial import Frame
 from robostiff.statics.kernels.strut import struts_among
 from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
+from tests.files import written
 from tests.generators.planted_poses import PoseSpace
 from tests.identification.campaigns import column, model_file
 from tests.statics.robots_under_load import SPRINGS, on, same_as_each, spring, struts
@@ -444,3 +446,18 @@ def test_hooks_turn_with_the_platform(fast: rs.CompiledLoading, is_stretched: bo
     limit = 1e-9 if is_stretched else 1e-12
     np.testing.assert_allclose(platforms.points[0], sure.pose[:3], atol=limit)
     np.testing.assert_allclose(answer.displacement[0], sure.displacement, atol=limit)
+
+
+@pytest.mark.filterwarnings("ignore::robostiff.PlausibilityWarning")
+@pytest.mark.parametrize(("unit", "size"), [("um", 1e-3), ("m", 1e3)])
+def test_robots_of_any_size_have_kernels(tmp_path: Path, unit: str, size: float):
+    """Lengths and drives times s, forces times s^2: shifts are s times as large, turns the same."""
+    text = Path("examples/exechon.yaml").read_text("utf-8").replace(" mm", f" {unit}")
+    file = written(tmp_path / "size.yaml", text.replace("8e7 N/m", f"{8e7 * size} N/m"))
+    pose, F = np.array([[-1.2, 0.1, 0.05]]), np.array([3000.0, 2000, -5000, 100, 50, -200])
+    found, grown = (rs.compile_loaded(rs.load(x)) for x in ("examples/exechon.yaml", file))
+    expected = found.evaluate(pose, F).displacement[0]
+    of_force, of_shift = np.repeat([[size**2, size**3], [size, 1.0]], 3, axis=1)
+    there = grown.evaluate(pose * [size, 1, 1], F * of_force)
+    assert not there.guarded.any()
+    np.testing.assert_allclose(there.displacement[0] / of_shift, expected, rtol=1e-9)

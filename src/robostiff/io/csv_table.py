@@ -257,27 +257,28 @@ def posture_columns(
     Warns of coordinates of a pose that are not free, but of Euler angles.
 
     Raises FileError at a heading that has none of them, both kinds, or some joints of an arm alone.
+    A structure needs none: it has one pose.
     """
     joints, names = coordinate_units(robot), table.si.keys()
     poses = [f"{prefix}{name}" for name in POSE_UNITS]
     kinds = [kind for kind in ([*joints], poses) if set(kind) & set(names)]
-    if not kinds:
+    if not kinds and (joints or robot.coordinates):
         expected = f"some of {', '.join([*joints, *poses])}, with units"
         heading = table.lines[table.header]
         raise FileError(at, "names of columns", got=heading, expected=expected)
     if len(kinds) > 1:
         raise FileError(at, "postures", got=Words("joints and poses"), expected="one kind of them")
-    absent = [name for name in joints if name not in names]
-    if kinds[0] != poses and absent:
+    kind, absent = kinds[0] if kinds else poses, [name for name in joints if name not in names]
+    if kind != poses and absent:
         got = Words(f"no column of {', '.join(absent)}")
         raise FileError(at, "joints of the arm", got=got, expected="columns of all of them")
-    bound = {*poses[: None if angles is None else 3]} if robot.coordinates else set[str]()
+    bound = {*poses[: None if angles is None else 3]} - {*poses[: 6 * robot.is_posed_by_joints]}
     bound -= {f"{prefix}{coordinate.value}" for coordinate in robot.coordinates}
-    for column in table.columns if kinds[0] == poses else ():
+    for column in table.columns if kind == poses else ():
         if column.name in bound:
             why = "it is no free coordinate of the robot"
             warn_of_slip(f"{column.at}: column {column.name!r} is not read: {why}")
-    return kinds[0]
+    return kind
 
 
 def postures_of(
@@ -303,7 +304,7 @@ def postures_of(
 
         turned = Rotation.from_euler(angles, postures[:, euler_places(angles)])
         postures[:, 3:] = turned.as_rotvec()
-    return postures[:, robot.coordinate_places] if robot.coordinates else postures
+    return postures if robot.is_posed_by_joints else postures[:, robot.coordinate_places]
 
 
 def euler_places(angles: str) -> list[int]:
