@@ -130,6 +130,43 @@ def test_slender_bars_keep_their_digits_in_the_plane():
     assert np.allclose(plane.K, space.K[np.ix_(rows, rows)], rtol=1e-10, atol=0)
 
 
+def rod(diameter: float) -> Network:
+    """A rod of 1 m, clamped at its wall."""
+    wall, tip = Node("wall", O), Node("tip", np.array([1.0, 0, 0]))
+    bar = beam_between(wall, tip, rs.material("steel"), circle(diameter), name="rod")
+    return Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(bar,))
+
+
+@pytest.mark.parametrize("diameter", [5e-3, 20e-3, 50e-3])
+@pytest.mark.parametrize("bend", [0.01, 0.1, 0.5])
+def test_a_rod_held_where_a_wrench_takes_it_carries_that_wrench(diameter: float, bend: float):
+    """Its ends are given, and its axial force alone is found, far below what buckles it."""
+    EI = rs.material("steel").E * circle(diameter).Iy
+    F = bend * EI * np.array([-0.5, 1, 0.3, 0.1, 0.2, 0.3])
+    free = loaded(rod(diameter), wrench=F)
+    held = loaded(rod(diameter), displacement=free.displacement)
+    assert held.stable
+    assert np.allclose(held.wrench, F, rtol=0, atol=1e-7 * np.abs(F).max())
+    assert np.isclose(held.energy, free.energy, rtol=1e-9)
+
+
+@pytest.mark.parametrize("diameter", [5e-4, 5e-3, 20e-3])
+def test_the_force_of_a_rod_whose_end_is_moved_aside_is_the_slope_of_its_energy(diameter: float):
+    robot, h = rod(diameter), 1e-6
+    low, here, high = (
+        loaded(robot, displacement=[0, 0, 0.1 + shift, 0, 0, 0]) for shift in (-h, 0, h)
+    )
+    assert np.isclose((high.energy - low.energy) / (2 * h), here.wrench[2], rtol=1e-7)
+
+
+def test_a_frame_held_where_a_wrench_takes_it_carries_that_wrench():
+    frame, F = slender_frame(), np.array([2e-7, -3e-7, 1e-7])
+    free = loaded(frame, wrench=F)
+    held = loaded(frame, displacement=free.displacement)
+    assert held.stable
+    assert np.allclose(held.wrench, F, rtol=0, atol=1e-6 * np.abs(F).max())
+
+
 A, B, D = 0.3, 0.5, 0.4
 O, PIN = np.zeros(3), np.array([0.0, A, 0])
 KNEE = np.array([D, B * 0.8, 0])

@@ -16,11 +16,12 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.statics.equations.equilibrium_path import SAFE, first_critical, path
 from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
-from robostiff.statics.equations.problem import LoadCase
+from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
 from robostiff.statics.equations.stability import (
     CriticalPoint,
     Regular,
     end_of_path,
+    leg_margins,
     may_be_singular,
     meets_stiffness,
     named_margins,
@@ -30,6 +31,8 @@ from robostiff.statics.loading.loaded_posture import LoadedPosture
 
 # Of the length of the robot: what is no rounding between legs and platform.
 _OPEN = 1e-9
+# Part of a displacement.
+_SHORTEST = 2.0**-4
 
 
 @frozen
@@ -91,12 +94,7 @@ def solve(
     loading = LoadCase(F, *((1.0, 0.0) if standing else (0.0, 1.0)))
     if problem.at_rest.rigid:
         status |= Status.RIGID_DIRECTION
-    target = None
-    if displacement is not None:
-        full = np.zeros(6)
-        full[list(problem.rows)] = displacement
-        target = turn_by_vector(full[3:]), problem.point + full[:3]
-    found = equilibrium_at(problem, loading, 1.0, problem.unloaded, target)
+    held, found = displacement is not None, _by_newton(problem, loading, displacement)
     critical: CriticalPoint | None = None
     margins = named_margins(found.known) if found.converged else {}
     doubtful = not found.converged or not found.direct or min(margins.values()) < SAFE
@@ -108,7 +106,7 @@ def solve(
     if not doubtful and may_be_singular(problem):  # rigid bars may have passed a singular posture
         doubtful = Regular.of(problem.at_rest).ratio(found.known) <= 0
     # what nothing elastic holds leaves the unloaded posture at once: no path leads on
-    may_follow = target is None and meets_stiffness(problem.at_rest)
+    may_follow = not held and meets_stiffness(problem.at_rest)
     if may_follow and doubtful:
         ended, critical, searched_to = first_critical(path(problem, loading), 1.0)
         if critical is not None:
@@ -118,18 +116,44 @@ def solve(
         else:
             found, margins = ended, named_margins(ended.known)
     platform = found.known.held_platform
-    if target is not None and platform and np.linalg.norm(platform.gap) > _OPEN * problem.length:
+    if held and platform and np.linalg.norm(platform.gap) > _OPEN * problem.length:
         # legs stay open at the pose of the platform
         status |= Status.NO_EQUILIBRIUM
         return Solution(status, held=True)
     if not found.converged:
         status |= Status.NO_EQUILIBRIUM
-        if target is None and not may_follow:
+        if not (held or may_follow):
             status |= Status.FREE_MOTIONS
         return Solution(status, critical)
     where = found, loaded.frame, loaded.posed
-    answer = Solution(status, critical, margins, target is not None, *where)
+    answer = Solution(status, critical, margins, held, *where)
     return _with_status(loaded, found, answer)
+
+
+def _by_newton(
+    problem: EquilibriumProblem, loading: LoadCase, displacement: np.ndarray | None
+) -> FoundEquilibrium:
+    """The equilibrium under the whole load, or at a displacement (r,) of the platform.
+
+    Where Newton's method finds none at a displacement, or one that is unstable, the displacement
+    and the loads grow together in parts.
+    """
+    if displacement is None:
+        return equilibrium_at(problem, loading, 1.0, problem.unloaded)
+    full, state, done, part, whole = np.zeros(6), problem.unloaded, 0.0, 1.0, None
+    while part >= _SHORTEST:
+        full[list(problem.rows)] = (done + part) * displacement
+        target = turn_by_vector(full[3:]), problem.point + full[:3]
+        found = equilibrium_at(problem, loading, done + part, state, target)
+        whole = whole or found
+        least = min((m.value for m in leg_margins(found.known).values()), default=1.0)
+        if not found.converged or least < 0:
+            part /= 2
+        elif done + part == 1:
+            return found
+        else:
+            state, done, part = found.state, done + part, min(2 * part, 1 - done - part)
+    return cast("FoundEquilibrium", whole)
 
 
 def equilibrium_under(loaded: LoadedPosture, wrench: np.ndarray) -> Solution:

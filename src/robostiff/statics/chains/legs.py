@@ -43,6 +43,9 @@ from robostiff.statics.chains.numbers import (
     sums_at,
 )
 
+# Of the way to a critical axial force, in one step.
+_OF_THE_WAY = 0.9
+
 
 @frozen
 class State:
@@ -342,6 +345,13 @@ class Legs:
             state.multipliers + step[at.multipliers],
             state.axial + step[at.total :],
         )
+
+    def short_of_buckling(self, before: State, after: State) -> State:
+        """The state after a step, but axial forces cross no critical load of an inner mode."""
+        l = self.arrays.bending.l.max(axis=-1, initial=0.0)
+        left = before.axial + 1 / np.maximum(l, np.finfo(float).tiny)
+        least = np.where(left > 0, before.axial - _OF_THE_WAY * left, -np.inf)
+        return replace(after, axial=np.maximum(after.axial, least))
 
     def pulls(self, state: State, share: float) -> Pulls:
         """What springs between bodies do at a state under a share of loads."""

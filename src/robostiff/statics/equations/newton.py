@@ -86,9 +86,14 @@ def equilibrium_at(
         else:
             furthest = CAP * problem.length
             twist = solve_least(known.K_total, known.missing, problem.scale, furthest, load)
+        here = state
         state, size, part = problem.after_step(state, known, twist, 0.0, CAP)
         if not np.isfinite(size):
             break
+        # Between held ends a bent beam has other equilibria beyond its critical axial force, all
+        # unstable; a straight one may have no other.
+        if target is not None and done <= _STEPS // 2:
+            state = problem.legs.short_of_buckling(here, state)
         # stiffness, load and step are the same where a robot has only turned
         scale = problem.scale
         scaled = known.K_total / np.outer(scale, scale), known.missing / scale, part * twist * scale

@@ -306,8 +306,10 @@ class EquilibriumProblem:
         return float(np.max(np.abs(twist * self.scale))) / self.length
 
     def size_of_legs(self, step: np.ndarray) -> float:
-        """How much a step of the unknowns of legs turns or shifts them [rad], as `size_of`."""
-        return float(np.max(np.abs(step[self.free] * self.units[self.free]), initial=0.0))
+        """How much a step of the unknowns of legs moves or stretches them [rad], as `size_of`."""
+        moved, axial = step[self.free] * self.units[self.free], self.legs.arrays.axial
+        stretched = step[self.legs.numbers.total :] / (axial * self.length)
+        return float(max(np.abs(part).max(initial=0.0) for part in (moved, stretched)))
 
     def _on_platform(
         self, state: State, loading: LoadCase, factor: float
