@@ -208,6 +208,11 @@ def _columns_of(
             example = f"one in brackets, as {name} [{units[name]}]"
             raise FileError(at, f"unit of {name}", got=Words("none"), expected=example)
         columns.append(Column(name, place, unit, _factor(at, name, unit, units[name]), at))
+    for own, si in ((own, units[own.name]) for own in columns if not own.unit):
+        alike = (other for other in columns if units[other.name] == si and other.factor != 1)
+        for other in list(alike)[:1]:
+            ways = f"write {own.name} [{si}], or {own.name} [{other.unit}]"
+            warn_of_slip(f"{own.at}: {own.name} without a unit beside {other.name}; {ways}")
     return columns, places, passed
 
 

@@ -330,15 +330,8 @@ _LINE = re.compile(r",? line (\d+)")
 _REAL = frozenset(
     (
         *("body_pos", "body_quat", "site_pos", "site_quat", "jnt_pos", "jnt_axis", "jnt_range"),
-        *(
-            "jnt_stiffness",
-            "jnt_stiffnesspoly",
-            "qpos0",
-            "qpos_spring",
-            "eq_data",
-            "actuator_biasprm",
-            "actuator_gear",
-        ),
+        *("jnt_stiffness", "jnt_stiffnesspoly", "qpos0", "qpos_spring", "eq_data"),
+        *("actuator_biasprm", "actuator_gear"),
         *("body_mass", "body_ipos", "body_iquat", "body_inertia", "dof_armature"),
     )
 )
