@@ -25,11 +25,8 @@ from robostiff.analytic.placement.robot_placement import place_robot
 from tests.analytic.export.programs import in_python
 from tests.analytic.export.test_functions import POSED
 from tests.analytic.formulas import DATA, cubic_platform, derived, in_numbers
+from tests.cases.metric import apart
 from tests.files import FILES, text_of
-
-
-def distance(K, expected):
-    return np.max(np.abs(K - expected)) / np.max(np.abs(expected))
 
 
 def values_for(derivation, known):
@@ -46,7 +43,7 @@ def test_legs_are_derived_where_they_close_and_not_where_the_file_puts_their_joi
     for _ in range(2):
         values = {k: v * random.uniform(0.95, 1.05) for k, v in robot.nominal.items()}
         K = function(**values_for(derivation, values))
-        assert distance(K, rs.stiffness(robot.substituted(values)).K) < 1e-10
+        assert apart(K, rs.stiffness(robot.substituted(values)).K) < 1e-10
 
 
 def test_coordinates_without_a_formula_are_symbols_and_others_than_the_closed_ones_refused():
@@ -59,7 +56,7 @@ def test_coordinates_without_a_formula_are_symbols_and_others_than_the_closed_on
     known = {**robot.nominal, **q}
     function = in_python(derivation)
     K = function(**values_for(derivation, known))
-    assert distance(K, rs.stiffness(robot.numeric).K) < 1e-9
+    assert apart(K, rs.stiffness(robot.numeric).K) < 1e-9
     with pytest.raises(ValueError, match="does not hold"):
         function(**values_for(derivation, known | {derivation.following[0]: 1.234}))
     with pytest.raises(rs.InputError, match="change with it as the legs close"):
@@ -71,7 +68,7 @@ def test_without_symbols_of_the_dimensions_closed_coordinates_are_numbers():
     derivation = rs.derive(robot)
     assert derivation.symbols == ()
     K = np.array(derivation.K.evalf(), dtype=float)
-    assert distance(K, rs.stiffness(robot.numeric).K) < 1e-10
+    assert apart(K, rs.stiffness(robot.numeric).K) < 1e-10
 
 
 @pytest.mark.parametrize("name", ["3-rps", "3-prs"])
@@ -87,7 +84,7 @@ def test_parasitic_motion_is_part_of_the_pose(name):
         angles = Rotation.from_rotvec(six[3:]).as_euler("xyz")
         known = dict(zip(derivation.coordinates, (*six[:3], *angles), strict=True))
         K = function(**values_for(derivation, known))
-        assert distance(K, rs.stiffness(numeric, six).K) < 1e-10
+        assert apart(K, rs.stiffness(numeric, six).K) < 1e-10
         with pytest.raises(ValueError, match="does not hold"):
             function(**values_for(derivation, known | {"x": 0.0, "y": 0.0, "gamma": 0.0}))
 
@@ -98,7 +95,7 @@ def test_a_component_of_a_wrench_may_vanish_at_a_regular_pose():
     function = in_python(derivation)
     for x, y in [(-0.4, 0.4), (0.4, 0.4), (0.1, 0.45)]:
         K = function(**values_for(derivation, {"x": x, "y": y, "gamma": 0.0}))
-        assert distance(K, rs.stiffness(robot.numeric, [x, y, 0]).K) < 1e-12
+        assert apart(K, rs.stiffness(robot.numeric, [x, y, 0]).K) < 1e-12
 
 
 def drive_as_stiff_as_its_beam():
@@ -142,7 +139,7 @@ def test_steps_of_shipped_robots_at_their_own_values(name):
     values = values_for(derivation, robot.nominal) if not derivation.following else None
     if values is not None:
         K = in_python(derivation)(**values)
-        assert distance(K, rs.stiffness(robot.numeric).K) < 1e-9
+        assert apart(K, rs.stiffness(robot.numeric).K) < 1e-9
 
 
 def test_a_derivation_that_differs_from_numbers_is_not_returned(monkeypatch):
@@ -206,8 +203,8 @@ def test_a_derivative_in_names_has_no_false_pole_and_is_short(symbol):
     step = 1e-5 * values[symbol]
     ends = [{**values, symbol: values[symbol] + s * step} for s in (1, -1)]
     after, before = (rs.stiffness(robot.substituted(at)).K for at in ends)
-    assert distance(dK, (after - before) / (2 * step)) < 1e-8
-    assert distance(found.lambdify()(**values_for(found, values))[1], dK) < 1e-13
+    assert apart(dK, (after - before) / (2 * step)) < 1e-8
+    assert apart(found.lambdify()(**values_for(found, values))[1], dK) < 1e-13
     assert len(derivation_text(found).split("Where the formula holds")[0].splitlines()) < 32
 
 
@@ -218,7 +215,7 @@ def test_a_stretched_leg_transmits_more_and_is_refused():
     usual = {s.name: robot.nominal[s.name] for s in derivation.symbols}
     bent, stretched = ({**usual, "d": f * usual["l"]} for f in (1.99, 2.0))
     expected = rs.stiffness(robot.substituted(bent)).K
-    assert distance(in_python(derivation)(**bent), expected) < 1e-9
+    assert apart(in_python(derivation)(**bent), expected) < 1e-9
     compliance = compliance_steps(derivation)
     for own in (derivation, compliance, differentiate(derivation, "e")):
         with pytest.raises(rs.InputError, match="leg 'leg x' is neither stretched nor folded"):
@@ -263,8 +260,7 @@ def test_joints_that_depend_on_one_another_transmit_more(case, form, tmp_path):
     near, at = ({**robot.nominal, **x} for x in (usual, special))
     known = derivation.lambdify()
     assert (
-        distance(known(**values_for(derivation, near)), rs.stiffness(robot.substituted(near)).K)
-        < 1e-9
+        apart(known(**values_for(derivation, near)), rs.stiffness(robot.substituted(near)).K) < 1e-9
     )
     with pytest.raises(rs.NoAnswerError, match=r"is neither stretched nor folded|are independent"):
         known(**values_for(derivation, at))
@@ -303,7 +299,7 @@ def test_a_high_power_of_a_small_side_is_not_zero(tmp_path):
     derivation = rs.derive(path)
     for t in (0.02, 0.024, 0.04):
         K = in_python(derivation)(t)
-        assert distance(K, rs.stiffness(rs.load(path, {"t": t})).K) < 1e-12
+        assert apart(K, rs.stiffness(rs.load(path, {"t": t})).K) < 1e-12
 
 
 BEAM = "type: beam, to: [0, 0, h], y_axis: x, material: steel, section: {circle: {diameter: 30 mm}}"
@@ -331,7 +327,7 @@ def test_a_rod_or_crank_without_a_length_has_no_vectors(chain, tmp_path):
     K = derivation.lambdify()(
         *(rs.load(path, symbols=rs.ALL_PARAMETERS).nominal[s.name] for s in derivation.symbols)
     )
-    assert distance(K, rs.stiffness(rs.load(path)).K) < 1e-12
+    assert apart(K, rs.stiffness(rs.load(path)).K) < 1e-12
 
 
 def test_links_that_are_folded_at_home_are_refused(tmp_path):
