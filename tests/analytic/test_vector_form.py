@@ -27,7 +27,7 @@ from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import DisagreementError
 from robostiff.kinematics import posture_finder
 from robostiff.robots import robot_file
-from tests.analytic.formulas import in_numbers
+from tests.analytic.formulas import derived, in_numbers
 from tests.files import FILES
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -68,8 +68,8 @@ def test_legs_of_two_kinds_have_their_compliances_in_the_table():
     assert np.allclose(found, rs.stiffness(rs.load("us-ups", given)).K, rtol=1e-11, atol=1e-3)
 
 
-def test_carriages_ahead_and_behind_are_a_sign_in_the_table(derived):
-    form = derived("hexaglide")[1].vectors
+def test_carriages_ahead_and_behind_are_a_sign_in_the_table():
+    form = derived("hexaglide", AtSymbols()).vectors
     assert form.columns["sigma_i"] == (-1, -1, 1, 1, -1, 1)
     assert set(form.columns) == {"a_iy", "psi_i", "sigma_i"}
 
@@ -192,20 +192,6 @@ WRITTEN = {
 }
 
 
-@pytest.fixture(scope="module")
-def derived():
-    """Robots at a general pose, their parameters symbols."""
-    found = {}
-
-    def derive(name):
-        if name not in found:
-            robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
-            found[name] = robot, rs.derive(robot, pose=AtSymbols())
-        return found[name]
-
-    return derive
-
-
 def check_away_from_home(robot, derivation, seed):
     """Compare the vectors with numbers at parameters and poses that no check of theirs has met."""
     form, random = derivation.vectors, np.random.default_rng(seed)
@@ -234,8 +220,9 @@ def check_away_from_home(robot, derivation, seed):
 
 
 @pytest.mark.parametrize("name", [*WRITTEN, "hexaglide", "hexa", "3-puu", "delta"])
-def test_they_have_the_stiffness_of_the_robot_away_from_home(derived, name):
-    check_away_from_home(*derived(name), seed=7)
+def test_they_have_the_stiffness_of_the_robot_away_from_home(name):
+    robot = rs.load(name, symbols=rs.ALL_PARAMETERS)
+    check_away_from_home(robot, derived(name, AtSymbols()), seed=7)
 
 
 OUTER = "outer link, to: [0, l, 0], material: "

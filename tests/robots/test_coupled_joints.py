@@ -14,6 +14,7 @@ from robostiff.network import condense, energy_stiffness, network_of_snapshot
 from robostiff.spatial import Frame, move_stiffness
 from robostiff_view.machines import RobotMachine, machine_of
 from tests.campaign.reference import reference
+from tests.cases.metric import apart
 from tests.files import text_of, written
 
 SECTION, STEEL = rs.circle(0.03), rs.material("steel")
@@ -53,10 +54,6 @@ def arm(couplings, first=None, last=None, **options) -> rs.Robot:
     chain = rs.Chain(elements, tuple(couplings))
     identity = Frame.identity()
     return rs.Robot("arm", (rs.Leg("arm", identity, chain, identity),), coordinates=(), **options)
-
-
-def apart(found: np.ndarray, expected: np.ndarray) -> float:
-    return float(np.max(np.abs(found - expected)) / np.max(np.abs(expected)))
 
 
 def network_stiffness(robot: rs.Robot, pose=None, index: int = 0) -> tuple[np.ndarray, np.ndarray]:

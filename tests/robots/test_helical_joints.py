@@ -16,6 +16,7 @@ from robostiff.plot.displacement import motion_under
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame, Screw
 from tests.campaign.placed import slender_beam
+from tests.cases.metric import apart
 from tests.files import text_of
 
 DATA = rs.plot.PictureData()
@@ -35,10 +36,6 @@ def lead_screws(**options) -> rs.Robot:
     text = text.replace(slide, f"{screw}, stiffness: k*(lead/(2*pi))^2")
     text = text.replace("parameters:", "parameters:\n  lead: 5 mm")
     return model_from_document(parse_document(text), **options)
-
-
-def apart(one, other) -> float:
-    return float(np.max(np.abs(np.asarray(one) - other)) / np.max(np.abs(other)))
 
 
 def random_leg(rng: np.random.Generator, pitch: float | None, role=Passive()) -> PlacedLeg:  # noqa: B008

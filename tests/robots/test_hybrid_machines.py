@@ -11,6 +11,7 @@ import pytest
 
 import robostiff as rs
 from robostiff.model import Chain, Link, prismatic, revolute
+from tests.cases.metric import apart
 
 FEET = np.diag([1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9])
 
@@ -21,10 +22,6 @@ def rigid(*to: float, name: str = "rigid") -> rs.Rigid:
 
 def feet() -> rs.Module:
     return rs.Module("frame", Chain((Link(np.zeros(3), rs.Elasticity(FEET), np.eye(3), "feet"),)))
-
-
-def apart(a: np.ndarray, b: np.ndarray) -> float:
-    return float(np.abs(a - b).max() / np.abs(b).max())
 
 
 def test_free_motions_of_all_modules_are_carried():
