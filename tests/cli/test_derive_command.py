@@ -14,7 +14,6 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.cli import commands_derive
 from tests.cli.running import Running
 from tests.interrupts import interrupts_heard
 
@@ -81,7 +80,6 @@ def test_the_answer_says_that_time_has_ended():
 
 IN_A_LONG_CALL = """
 import sys, time, flint
-from robostiff.cli import commands_derive
 from robostiff.cli.command import as_click
 from robostiff.cli.options import Command
 from robostiff.cli.commands_derive import go_on_in_child
@@ -153,9 +151,9 @@ def test_what_is_quicker_is_said_where_it_is_not_what_was_asked_for(monkeypatch)
     def interrupted(_: object) -> str:
         raise KeyboardInterrupt
 
-    monkeypatch.setitem(commands_derive._WRITERS, "text", interrupted)
+    monkeypatch.setattr("robostiff.cli.commands_derive.latex_snippet", interrupted)
     hint = "; named steps, --steps, are quick"
     for options, words in (((), hint), (("--steps",), "")):
-        outcome = run("planar-link", *options)
+        outcome = run("planar-link", "--snippet", *options)
         assert outcome.exit_code == 130
         assert outcome.stderr == f"robostiff: interrupted{words}\n"
