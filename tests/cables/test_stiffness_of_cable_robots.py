@@ -51,20 +51,6 @@ def test_a_wrench_that_is_held_changes_by_its_derivative():
     assert np.abs(result.K - rates).max() > 0.5  # of the moment
 
 
-def test_batch_is_pose_by_pose():
-    robot = rs.load("cable-8-suspended")
-    rng = np.random.default_rng(0)
-    poses = [0, 0, 2, 0, 0, 0] + rng.uniform(-1, 1, (2, 6, 6)) * [3, 2, 1, 0.1, 0.1, 0.1]
-    batch = rs.stiffness(robot, poses)
-    assert batch.batch_shape == (2, 6)
-    for index in np.ndindex(2, 6):
-        one = rs.stiffness(robot, poses[index])
-        assert one.status_codes == batch.status_codes[index]
-        assert (one.rank, one.held_rank) == (batch.rank[index], batch.held_rank[index])
-        if one.answered:
-            np.testing.assert_allclose(batch[index].K, one.K, rtol=1e-9, atol=1e-6)
-
-
 def test_another_point_is_the_matrix_of_a_robot_with_that_reference_point():
     robot = rs.load("cable-8")
     tensions = rs.GivenTensions(np.linspace(60, 130, 8))  # held by others too

@@ -56,16 +56,6 @@ def test_a_kernel_gives_what_the_network_gives(source, low, high):
         _agrees(fast, linkage, rows[k], *given)
 
 
-def test_out_of_reach_is_a_status():
-    """Bars of 500 mm end where the feet are 500 mm apart: no height is left, then no closure."""
-    _, fast = _compiled("double-pantograph")
-    answer = fast.evaluate({"screw": np.array([0.0, 0.2])})
-    assert answer.guarded.tolist() == [False, True]
-    assert answer.status_codes.tolist() == [Status.OK, Status.UNREACHABLE]
-    assert answer.rank.tolist() == [6, -1]
-    assert np.isnan(answer.values["K"][1]).all()
-
-
 def test_far_from_home_the_straight_way_is_gone_in_parts():
     """A parallelogram, driven to 1 rad: no six steps lead there at once, and its coupler is level.
 

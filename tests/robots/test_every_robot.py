@@ -77,14 +77,6 @@ def test_names_have_the_types_of_their_robots():
     assert isinstance(assert_type(load("cable-8"), CableRobot), CableRobot)
 
 
-def test_name_or_path_gives_the_same_robot(tmp_path):
-    copy = tmp_path / "mine.yaml"
-    copy.write_text(robot_file("3-rpr").read_text())
-    for source in (copy, str(copy)):
-        robot = load(source)
-        assert robot.name == "3-rpr"
-
-
 def test_snapshot_file(tmp_path):
     file = tmp_path / "jack.json"
     file.write_text(SNAPSHOT)

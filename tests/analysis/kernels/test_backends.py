@@ -137,14 +137,3 @@ def test_one_pose_has_an_answer_without_an_axis_of_poses(name):
         np.testing.assert_array_equal(fast.evaluate(pose, out={"K": K}).values["K"], K)
         assert fast.evaluate(pose, again=False).values["K"].shape == (6, 6)
         assert np.any(K)
-
-
-def test_an_arm_is_posed_by_joints_or_by_poses():
-    robot = model("six-joint-arm")
-    compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
-    joints = around_home(robot, 4)
-    pose = rs.find_posture(robot, joints).pose
-    K = direct_stiffness(robot, pose).K
-    np.testing.assert_allclose(
-        compiled.evaluate(pose).values["K"], K, rtol=1e-9, atol=1e-9 * np.abs(K).max()
-    )
