@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robostiff.analysis.verification import matrix_distance
+from robostiff.elastostatics import matrix_distance
 
 
 def distance(

@@ -21,7 +21,7 @@ from robostiff.analytic.exact.definition import (
 )
 from robostiff.analytic.exact.factors import echelon
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.questions.rank import closed_matrix
+from robostiff.analytic.rank import closed_matrix
 from robostiff.analytic.substitution import Substitution, at_values
 from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
