@@ -9,8 +9,9 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic.exact.definition import operations_of
 from robostiff.analytic.export import derivation_text
-from robostiff.analytic.placement.agreement import matrix_distance, sampled_robots
+from robostiff.analytic.placement.agreement import sampled_robots
 from robostiff.analytic.placement.robot_placement import place_robot
+from robostiff.elastostatics import matrix_distance
 from robostiff.errors import InputError
 from robostiff.robots import robot_file
 from tests.analytic.formulas import derived, in_numbers

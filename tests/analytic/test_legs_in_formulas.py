@@ -12,9 +12,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 import robostiff as rs
 from robostiff.analytic.export import derivation_text, python_function
 from robostiff.analytic.placement import agreement
-from robostiff.analytic.placement.agreement import numbers_of
+from robostiff.analytic.placement.agreement import images_of_legs, numbers_of
 from robostiff.analytic.placement.robot_placement import place_robot
-from robostiff.analytic.placement.turned_legs import images_of_legs
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.kinematics import posture_finder
 from robostiff.kinematics.closure import Post

@@ -9,8 +9,9 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic import AtHome, AtSymbols, Closed, Steps
 from robostiff.analytic.export import derivation_text
-from robostiff.analytic.placement.agreement import closed_places, matrix_distance
+from robostiff.analytic.placement.agreement import closed_places
 from robostiff.analytic.placement.robot_placement import place_robot
+from robostiff.elastostatics import matrix_distance
 from robostiff.errors import InputError
 from tests.analytic.export.programs import in_python
 from tests.files import FILES

@@ -21,9 +21,10 @@ from robostiff.analytic.export import (
     derivation_typst,
 )
 from robostiff.analytic.placement import robot_placement
-from robostiff.analytic.placement.agreement import matrix_distance, numbers_of
+from robostiff.analytic.placement.agreement import numbers_of
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.vectors.vector_form import vector_form
+from robostiff.elastostatics import matrix_distance
 from robostiff.errors import DisagreementError
 from robostiff.kinematics import posture_finder
 from robostiff.robots import robot_file

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.verification import matrix_distance
+from robostiff.elastostatics import matrix_distance
 
 
 def distance(

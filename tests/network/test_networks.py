@@ -8,8 +8,8 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis import stiffness
-from robostiff.analysis.verification import matrix_distance
 from robostiff.elasticity import Elasticity, beam_stiffness, elasticity_from_stiffness
+from robostiff.elastostatics import matrix_distance
 from robostiff.kinematics import with_masses
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import (

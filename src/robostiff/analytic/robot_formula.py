@@ -35,8 +35,10 @@ from robostiff.analytic.exact.element import OutsideFieldError
 from robostiff.analytic.legs import elastic_parts, passive_freedoms
 from robostiff.analytic.placement.agreement import (
     AGREED,
+    Image,
     check_that_postures_differ,
     check_value,
+    images_of_legs,
     numbers_of,
     random_values,
 )
@@ -50,7 +52,6 @@ from robostiff.analytic.placement.robot_pose import (
     PoseFormula,
     is_short_in_angles,
 )
-from robostiff.analytic.placement.turned_legs import Image, images_of_legs
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.series_form import is_arm, series_form
 from robostiff.analytic.springs.sum_of_springs import sum_of_springs

@@ -321,7 +321,7 @@ class LegReader:
             found = BlockSprings(frame, columns, tuple(w.compliance for w in wrenches), search)
             self._blocks[id(block)] = found
             return found
-        basis = search.basis(as_leg, few_couplings=False)
+        basis = search.basis(as_leg)
         if basis is None:
             raise NoUnitWrenchesError
         units = basis.wrenches[::-1]  # forces first: they are moved by couples

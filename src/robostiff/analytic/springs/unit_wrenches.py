@@ -98,12 +98,8 @@ class WrenchSearch(LegRecorder):
         """For the legs of a robot."""
         return cls(placed.record, placed.reference, placed.entries.space, placed.length)
 
-    def basis(self, leg: PlacedLeg, *, few_couplings: bool = True) -> Basis | None:
-        """The simplest basis of what the passive joints transmit; None where none is found.
-
-        Also None, unless a basis with many couplings will do, where no basis has as few pairs that
-        share energy as it has wrenches.
-        """
+    def basis(self, leg: PlacedLeg) -> Basis | None:
+        """The simplest basis of what the passive joints transmit; None where none is found."""
         if any(s.elasticity.freedoms.shape[1] for s in leg.springs):
             return None
         sample = self.sampled(leg)
@@ -115,8 +111,6 @@ class WrenchSearch(LegRecorder):
         if len(places) < sample.transmitted:
             return None
         m = sample.transmitted
-        if few_couplings and _least_couplings([one[0].scaled for one in places], sample) > m:
-            return None
         found = list[_PlacedWrench]()
         for alike in places:
             each = []
@@ -233,21 +227,6 @@ def _fewest_couplings(pool: Sequence[_PlacedWrench], sample: SampledLeg) -> Basi
         if rank[0] == 0:
             break
     return None if best is None else best[1]
-
-
-def _least_couplings(wrenches: Sequence[np.ndarray], sample: SampledLeg) -> int:
-    """A lower bound of the pairs of a basis that share energy.
-
-    Of m wrenches, each is without any at most with m - 1 others, and with as many as of all.
-    """
-    m = sample.transmitted or 0
-    W = np.stack(wrenches, axis=1)
-    A = np.abs(W @ sample.C @ np.swapaxes(W, 1, 2))
-    sizes = np.sqrt(np.einsum("naa->na", A))
-    apart = np.max(A - IDLE * sizes[:, :, None] * sizes[:, None, :], axis=0) <= 0
-    np.fill_diagonal(apart, False)
-    most = np.minimum(np.sum(apart, axis=1), m - 1)
-    return comb(m, 2) - int(np.sum(np.sort(most)[-m:])) // 2
 
 
 #: A vector at the samples (count, 3), and a function that writes its entries, None for none.
