@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, KeysView, Mapping, Sequence, Set
 from contextlib import suppress
 from enum import Enum
 from importlib import import_module
-from types import SimpleNamespace, UnionType
+from types import ModuleType, SimpleNamespace, UnionType
 from typing import Any
 
 from robostiff.errors import InputError, RobostiffError, Words
@@ -167,44 +167,44 @@ def _in_words(annotation: str, hint: Any) -> str:
 
 
 def _hint(annotation: Any, modules: Iterable[str], *, imports: bool) -> Any:
-    """What an annotation in some modules stands for; Any where that cannot be found out."""
+    """What an annotation in some modules stands for; Any where that cannot be found out.
+
+    Names that are imported for type checkers alone are known where it `imports` them.
+    """
+    meant = dict(_MEANT)
+    if not imports:
+        meant |= dict.fromkeys((name for name, x in _MEANT.items() if x is _Numbers), Any)
+    loaded = [sys.modules[name] for name in modules if name in sys.modules]
+    text = annotation if isinstance(annotation, str) else ""
+    names = {x.id for x in ast.walk(ast.parse(text)) if isinstance(x, ast.Name)}
+    for name in names - meant.keys():
+        owner = next((vars(x) for x in (*loaded, builtins) if name in vars(x)), None)
+        if owner is None:
+            meant[name] = _imported_for_types(name, loaded) if imports else Any
+        else:
+            meant[name] = owner[name]
     x = SimpleNamespace(__annotations__={"value": annotation})
     try:
-        return typing.get_type_hints(x, {}, _AnnotationNames(modules, imports=imports))["value"]
+        return typing.get_type_hints(x, {}, meant)["value"]
     except (AttributeError, NameError, TypeError):
         return Any
 
 
-class _AnnotationNames(dict[str, Any]):
-    """Names in annotations of some modules, also those imported for type checkers alone."""
-
-    def __init__(self, modules: Iterable[str], *, imports: bool) -> None:
-        super().__init__(_MEANT)
-        if not imports:
-            arrays = (name for name, meant in _MEANT.items() if meant is _Numbers)
-            self.update(dict.fromkeys(arrays, Any))
-        self.imports = imports
-        self.modules = [sys.modules[name] for name in modules if name in sys.modules]
-
-    def __missing__(self, name: str) -> Any:
-        for module in self.modules:
-            if name in vars(module):
-                return vars(module)[name]
-        if name in vars(builtins):
-            return vars(builtins)[name]
-        for module in self.modules:
-            if not (self.imports and module.__name__.startswith("robostiff")):
+def _imported_for_types(name: str, modules: Iterable[ModuleType]) -> Any:
+    """What a name is that a module of this package imports for type checkers alone, or Any."""
+    for module in modules:
+        if not module.__name__.startswith("robostiff"):
+            continue
+        for node in ast.walk(ast.parse(inspect.getsource(module))):
+            if not isinstance(node, ast.Import | ast.ImportFrom):
                 continue
-            for node in ast.walk(ast.parse(inspect.getsource(module))):
-                if not isinstance(node, ast.Import | ast.ImportFrom):
-                    continue
-                for alias in node.names:
-                    if name == (alias.asname or alias.name):
-                        with suppress(ImportError):  # Any where it is not installed
-                            if isinstance(node, ast.Import):
-                                return import_module(alias.name)
-                            return getattr(import_module(str(node.module)), alias.name)
-        return Any
+            for alias in node.names:
+                if name == (alias.asname or alias.name):
+                    with suppress(ImportError):  # Any where it is not installed
+                        if isinstance(node, ast.Import):
+                            return import_module(alias.name)
+                        return getattr(import_module(str(node.module)), alias.name)
+    return Any
 
 
 def _fits(value: Any, hint: Any, *, deep: bool = True) -> bool:

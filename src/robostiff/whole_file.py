@@ -6,7 +6,7 @@ import os
 import stat
 import uuid
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 _LONGEST_ENDING = 20
@@ -28,5 +28,10 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         if wanted.exists():
             draft.chmod(stat.S_IMODE(wanted.stat().st_mode))
         draft.replace(wanted)
+    except OSError as error:
+        if error.filename in (draft, str(draft)):  # a name that nobody gave
+            error.filename = os.fspath(path)
+        raise
     finally:
-        draft.unlink(missing_ok=True)
+        with suppress(OSError):  # in a folder that cannot be written
+            draft.unlink(missing_ok=True)

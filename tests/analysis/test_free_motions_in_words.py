@@ -5,10 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robostiff import stiffness
 from robostiff.analysis import free_motions_in_words
 from robostiff.spatial import move_twist
-from tests.generators.machines import case_a
 
 ORIGIN = np.zeros(3)
 
@@ -105,18 +103,3 @@ def test_in_the_plane():
     slides = free_motions_in_words(np.array([[0.0, 2.0, 0]]), ORIGIN, 1.0)
     assert [str(motion) for motion in slides] == ["translation along y"]
     assert free_motions_in_words(np.zeros((0, 3)), ORIGIN, 1.0) == ()
-
-
-def test_apex_of_case_a():
-    h, R, r = 0.6, 0.5, 0.2
-    apex = h + h * r / (R - r)
-    words = [str(motion) for motion in stiffness(case_a()).free_motions]
-    assert sorted(words) == [
-        f"rotation about {axis} through (0, 0, {apex:.4g}) m" for axis in "xyz"
-    ]
-    # described about another point, it is the same motion
-    elsewhere = stiffness(case_a(), at=[0.3, 0.4, 0.5])
-    assert sorted(str(motion) for motion in elsewhere.free_motions) == sorted(words)
-    for motion in elsewhere.free_motions:
-        K = elsewhere.K
-        assert np.abs(K @ motion.twist).max() <= 1e-9 * np.abs(K).max()

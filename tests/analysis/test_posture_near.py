@@ -14,6 +14,7 @@ from robostiff.model import Coordinate, beam_link, prismatic, revolute, spherica
 from robostiff.spatial import Frame, Space
 from tests.generators.elements import ROD, STEEL, random_transform
 from tests.generators.legs import random_leg
+from tests.kinematics.test_choice_of_posture import planar_crank
 
 DRIVE = rs.Actuated(1e4)
 MOVED = np.array([0.02, 0.01, -0.03, 0.05, 0.02, 0.1])
@@ -136,27 +137,8 @@ def test_arms_of_six_axes_return_to_the_coordinates_they_are_near(seed: int):
     assert np.allclose(moved.joint_coordinates["arm"], q, rtol=0, atol=1e-8)
 
 
-def three_cranks() -> rs.Robot:
-    """Three cranks with rods; the elbows point where home says."""
-    legs = []
-    for i in range(3):
-        turn = 2 * np.pi / 3 * i
-        R = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
-        chain = rs.Chain(
-            (
-                revolute([0, 0, 1], DRIVE, home=[np.radians(200)]),
-                rs.Rigid(Frame(np.eye(3), np.array([0.5, 0, 0]))),
-                revolute([0, 0, 1], rs.Passive()),
-                rs.Rigid(Frame(np.eye(3), np.array([0.6, 0, 0]))),
-                revolute([0, 0, 1], rs.Passive()),
-            )
-        )
-        legs.append(rs.Leg(f"leg{i}", Frame(R, R[:, 0]), chain, Frame(np.eye(3), 0.1 * R[:, 0])))
-    return rs.Robot("3-rrr", tuple(legs), Frame.identity(), np.zeros(3), IN_PLANE, Space.PLANAR)
-
-
 def test_any_choice_of_one_posture_for_each_leg_is_a_posture_of_the_robot():
-    robot, pose = three_cranks(), [0.02, -0.01, 0.1]
+    robot, pose = planar_crank(None, np.radians(200)), [0.02, -0.01, 0.1]
     found = rs.postures(robot, pose)
     assert [len(own) for own in found.values()] == [2, 2, 2]
     result = rs.stiffness(robot, pose)

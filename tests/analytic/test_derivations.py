@@ -11,14 +11,14 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import Steps, compliance_formula, compliance_steps, derive_chain
-from robostiff.analytic.placement.agreement import closed_places, matrix_distance
+from robostiff.analytic.placement.agreement import closed_places
 from robostiff.analytic.placement.robot_placement import place_robot
 from robostiff.analytic.placement.robot_pose import AtHome, AtSymbols
 from robostiff.analytic.series_form import series_form
 from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.vector_expressions import names_in
 from robostiff.elasticity import cantilever_stiffness
-from robostiff.elastostatics import eliminate_joint
+from robostiff.elastostatics import eliminate_joint, matrix_distance
 from robostiff.robots import robot_file
 from tests.analytic.formulas import CASE_B, L_B, in_numbers, stewart
 from tests.project.shown_output import ROOT

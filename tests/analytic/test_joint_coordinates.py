@@ -9,51 +9,18 @@ import sympy as sp
 import robostiff as rs
 from robostiff.analytic.exact.definition import operations_of
 from robostiff.analytic.export import derivation_text
-from robostiff.analytic.placement.agreement import matrix_distance, sampled_robots
+from robostiff.analytic.placement.agreement import sampled_robots
 from robostiff.analytic.placement.robot_placement import place_robot
+from robostiff.elastostatics import matrix_distance
 from robostiff.errors import InputError
 from robostiff.robots import robot_file
-from tests.analytic.formulas import in_numbers
+from tests.analytic.formulas import derived, in_numbers
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-ROBOTS = {"five-bar": Path(__file__).parent / "data/fb3.yaml", "3-rrr": "3-rrr"}
 
 
-@pytest.fixture(scope="module")
-def found():
-    made = {}
-
-    def derive(name):
-        if name not in made:
-            robot = rs.load(ROBOTS[name], symbols=rs.ALL_PARAMETERS)
-            made[name] = robot, rs.derive(robot, pose=rs.AtJoints())
-        return made[name]
-
-    return derive
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_it_is_the_stiffness_at_closed_postures(found, name):
-    robot, derivation = found(name)
-    placed = place_robot(robot, rs.AtJoints())
-    random = np.random.default_rng(11)
-    function = derivation.lambdify()
-    for _ in range(3):
-        numeric, ((values, pose),) = sampled_robots(placed, random, 0.05, 1)
-        wanted = rs.stiffness(numeric, pose).K
-        K = function(**{name: values[name] for name in function.arguments})
-        assert matrix_distance(K, wanted, 0.3) < 1e-9
-        assert any(condition.equations for condition in derivation.conditions)
-        for condition in derivation.conditions:
-            at = {s: values[s.name] for s in condition.expression.free_symbols}
-            assert condition.equations or float(condition.expression.subs(at)) > 0
-            for equation in condition.equations:
-                at = {s: values[s.name] for s in equation.free_symbols}
-                assert abs(float(equation.subs(at))) < 1e-9
-
-
-def test_a_five_bar_in_joint_angles_is_as_in_a_textbook(found):
-    _, derivation = found("five-bar")
+def test_a_five_bar_in_joint_angles_is_as_in_a_textbook():
+    derivation = derived("fb3", rs.AtJoints())
     k, l1 = (sp.Symbol(x, positive=True) for x in ("k", "l1"))
     for number, leg in enumerate(derivation.named.legs, start=1):
         crank, elbow = (sp.Symbol(f"theta_{number}_{j}", real=True) for j in (1, 2))
@@ -65,8 +32,8 @@ def test_a_five_bar_in_joint_angles_is_as_in_a_textbook(found):
     assert "0 = a - l1*cos(theta_1_1) + l1*cos(theta_2_1)" in text
 
 
-def test_a_leg_meets_the_platform_by_its_last_angle(found):
-    _, derivation = found("3-rrr")
+def test_a_leg_meets_the_platform_by_its_last_angle():
+    derivation = derived("3-rrr", rs.AtJoints())
     r = sp.Symbol("r", positive=True)
     moments = [leg.wrenches[0][2] for leg in derivation.named.legs]
     phases = [sp.Integer(0), -sp.pi / 3, sp.pi / 3]

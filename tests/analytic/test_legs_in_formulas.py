@@ -3,7 +3,6 @@
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,10 +12,9 @@ from scipy.spatial.transform import RigidTransform, Rotation
 import robostiff as rs
 from robostiff.analytic.export import derivation_text, python_function
 from robostiff.analytic.placement import agreement
-from robostiff.analytic.placement.agreement import numbers_of
+from robostiff.analytic.placement.agreement import images_of_legs, numbers_of
 from robostiff.analytic.placement.robot_placement import place_robot
-from robostiff.analytic.placement.turned_legs import images_of_legs
-from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.kinematics import posture_finder
 from robostiff.kinematics.closure import Post
 from robostiff.model import ALL_COORDINATES
@@ -29,10 +27,8 @@ ALL = rs.ALL_PARAMETERS
 
 def legs_of(robot):
     placed = place_robot(robot, rs.AtHome())
-    space, length = placed.entries.space, placed.length
-    search = WrenchSearch(placed.record, placed.reference, space, length)
-    each: list[Any] = [SampledLeg.of(own.leg, search) for own in placed.legs]
-    return placed, each
+    search = WrenchSearch.of(placed)
+    return placed, [search.sampled(own.leg) for own in placed.legs]
 
 
 def stiffness_of(leg):

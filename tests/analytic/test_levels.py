@@ -6,8 +6,7 @@ import sympy as sp
 
 import robostiff as rs
 from robostiff.analytic import compliance_steps, differentiate
-from robostiff.analytic.export import python_function
-from tests.analytic.export.programs import READERS, in_all_languages
+from tests.analytic.export.programs import READERS, in_all_languages, in_python
 from tests.analytic.formulas import in_numbers
 
 VECTORS = ["gough-stewart-b", "delta", "3-rrr", "six-joint-arm"]
@@ -102,7 +101,5 @@ def test_compliances_are_programs_and_pages():
     soft = compliance_steps(rs.derive("3-prs"))
     assert "<math>" in soft._repr_html_()
     values = {s.name: v for s, v in zip(soft.symbols, (0.5, 1e7, 0.6, 0.2), strict=True)}
-    space: dict = {}
-    exec(python_function(soft), space)  # noqa: S102
     C = np.array(soft.substituted(values), dtype=float)
-    np.testing.assert_allclose(space["stiffness"](**values), C, rtol=1e-9, atol=1e-20)
+    np.testing.assert_allclose(in_python(soft)(**values), C, rtol=1e-9, atol=1e-20)

@@ -16,6 +16,8 @@ from tests.project.shown_output import ROOT
 sys.path.insert(0, str(ROOT / "benchmarks"))
 from derivations_of_robots import hidden_zeros, random_places, row_of_robot, wasted  # pyright: ignore[reportMissingImports]
 
+from tests.files import FILES
+
 k, x, a = sp.symbols("k x a", positive=True)
 
 
@@ -90,32 +92,9 @@ def test_a_locus_that_is_too_long_is_said_to_be():
     assert "too long" in found.remark
 
 
-PORTAL = """
-robostiff: 1
-name: portal
-source: A test, with numbers that are chosen here.
-parameters: {w: 0.4 m, h: 1.5 m, l: 0.8 m}
-sections: {box: {box: {width_y: 200 mm, height_z: 300 mm, wall: 12 mm}}}
-home: {at: [l, 0, h]}
-legs:
-  - name: arm
-    chain:
-      - type: parallel
-        branches:
-          repeat: [{name: front, y: -w}, {name: rear, y: w}]
-          start: {at: [0, y, 0]}
-          chain:
-            - {type: beam, to: [0, 0, h], y_axis: x, material: steel, section: box}
-            - {type: beam, to: [l, 0, 0], y_axis: y, material: steel, section: box}
-          end: {at: [0, y, 0]}
-      - {type: spherical, role: passive}
-"""
-
-
-def test_self_stresses_of_a_frame_are_no_wrenches_of_the_formula(tmp_path):
+def test_self_stresses_of_a_frame_are_no_wrenches_of_the_formula():
     # Their zeros made the rank a failure of the singular values.
-    path = tmp_path / "portal.yaml"
-    path.write_text(PORTAL)
+    path = FILES / "portal.yaml"
     formula = rs.derive(path, form=rs.Steps())
     assert not any(w.is_zero_matrix for leg in formula.legs for w in leg.wrenches)
     K = rs.stiffness(rs.load(path)).K

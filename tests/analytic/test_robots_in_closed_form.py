@@ -5,11 +5,11 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.analytic import canonical, rank_formula, snapshot_formula
+from robostiff.analytic import canonical, snapshot_formula
 from robostiff.analytic.export import derivation_text
-from robostiff.model import PlacedLeg, parallelogram, with_entries
+from robostiff.model import parallelogram
 from robostiff.spatial import Frame, Space
-from tests.analytic.formulas import X, Z, derived, sliding, three_puu, turning, unit, vector
+from tests.analytic.formulas import derived, three_puu
 from tests.files import FILES, text_of
 
 
@@ -24,19 +24,6 @@ def printed_section_6(derivation, length_squared, d, d_squared, spin):
     K[0, 4] = K[4, 0] = r * h * d
     K[1, 3] = K[3, 1] = -r * h * d
     return canonical(3 * k / length_squared * K)
-
-
-def at_random(derivation, robot, numeric_K, count=3):
-    """Largest relative difference from the numerical form at random values of the symbols."""
-    random, worst = np.random.default_rng(5), 0.0
-    for _ in range(count):
-        values = {k: v * random.uniform(0.9, 1.1) for k, v in robot.nominal.items()}
-        pose = {name: 0.05 * random.uniform(0.5, 1) for name in derivation.coordinates}
-        given = {s: (values | pose)[s.name] for s in derivation.symbols}
-        K = np.array(derivation.substituted(given).evalf(30), dtype=float)
-        expected = numeric_K(robot.substituted(values), pose)
-        worst = max(worst, np.max(np.abs(K - expected)) / np.max(np.abs(expected)))
-    return worst
 
 
 def test_case_a_is_eq_27_entry_by_entry():
@@ -81,25 +68,6 @@ def test_beams_as_legs_give_case_b_with_their_own_stiffness():
     assert canonical(beams.K - expected).is_zero_matrix
 
 
-def test_planar_3_rpr_at_a_general_pose():
-    robot = rs.load("3-rpr", symbols=())
-    derivation = rs.derive(robot, pose=rs.AtSymbols(), form=rs.Closed())
-    assert derivation.coordinates == ("x", "y", "gamma")
-    assert rank_formula(sum((leg.K for leg in derivation.legs[:2]), sp.zeros(3))).rank == 2
-
-    def numeric(own, pose):
-        return rs.stiffness(own, [pose["x"], pose["y"], pose["gamma"]]).K
-
-    assert at_random(derivation, robot, numeric) < 1e-10
-
-
-def test_branches_are_taken_at_nominal_values_not_elsewhere():
-    """Cranks of another length than the samples would close straight, and carry no torque."""
-    robot = rs.load("3-rrr", symbols=("R", "r", "l1", "l2", "k"))
-    derivation = rs.derive(robot, form=rs.Steps())
-    assert at_random(derivation, robot, lambda numeric, _: rs.stiffness(numeric).K, 1) < 1e-10
-
-
 def test_2r_arm_is_salisburys_formula():
     """K = J^-T K_theta J^-1 in translation, the wrist being free to turn."""
     derivation = rs.derive(FILES / "2r-arm.yaml", pose=rs.AtSymbols(), form=rs.Closed())
@@ -127,49 +95,6 @@ def test_given_coordinates_are_exact_and_agree():
     np.testing.assert_allclose(K, expected, atol=1e-10 * np.max(expected))
 
 
-def at_numbers(snapshot, values):
-    """The same snapshot with numbers for its symbols."""
-    return with_entries(snapshot, lambda x: float(sp.sympify(x).evalf(30, subs=values)))
-
-
-def check_against_numbers(snapshot, values, tolerance=1e-10):
-    K = snapshot_formula(snapshot).K
-    found = np.array(K.evalf(30, subs=values), dtype=float)
-    expected = rs.stiffness(at_numbers(snapshot, values)).K
-    size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
-    size = np.where(size > 0, size, size.max())
-    assert np.max(np.abs(found - expected) / size) < tolerance
-    return K
-
-
-def test_a_planar_3_rpr_as_a_snapshot():
-    x, y, c, s = sp.Symbol("x"), sp.Symbol("y"), sp.cos(sp.Symbol("t")), sp.sin(sp.Symbol("t"))
-    a, b = sp.symbols("a b", positive=True)
-    k = sp.Symbol("k", positive=True)
-    legs = []
-    bases = [(0, 0), (a, 0), (a / 2, a)]
-    corners = [(-b, -b), (b, -b), (0, b)]
-    for i, ((X0, Y0), (u, v)) in enumerate(zip(bases, corners, strict=True)):
-        A = vector(X0, Y0, 0)
-        B = vector(x + c * u - s * v, y + s * u + c * v, 0)
-        elements = (turning("A", A, Z), sliding("slide", A, unit(B - A), k), turning("B", B, Z))
-        legs.append(PlacedLeg(f"leg{i}", elements, B))
-    robot = rs.Snapshot("3-RPR", tuple(legs), vector(x, y, 0), Space.PLANAR)
-    values = {x: 0.45, y: 0.35, sp.Symbol("t"): 0.3, a: 1.0, b: 0.12, k: 1e6}
-    K = check_against_numbers(robot, values)
-    singular = K.subs({sp.Symbol("t"): 0, x: a / 2, y: a / 3})
-    assert rank_formula(singular).rank == 2  # the three slides meet in one point
-
-
-def test_a_leg_without_compliance_on_its_path_is_refused():
-    L = sp.Symbol("L", positive=True)
-    hinge = turning("hinge", vector(0, 0, 0), Z)
-    spring = sliding("slide", vector(0, 0, 0), X, sp.Symbol("k", positive=True))
-    leg = PlacedLeg("stiff", (hinge, spring), vector(L, 0, 0))
-    with pytest.raises(rs.InputError, match="meets no compliance"):
-        snapshot_formula(rs.Snapshot("stiff", (leg,), vector(L, 0, 0)))
-
-
 def test_a_snapshot_in_formulas_is_a_formula_as_others_are():
     formula = snapshot_formula(three_puu())
     values = {s.name: 0.5 + 0.1 * i for i, s in enumerate(formula.symbols)}
@@ -193,22 +118,6 @@ def symbols_of(derivation, *names):
 
 def cubic(a, k):
     return sp.diag(2 * k * sp.eye(3), 2 * k * a**2 * (sp.eye(3) + sp.ones(3)))
-
-
-def test_three_links_at_symbolic_joint_angles_agree_with_numbers():
-    robot = rs.load(FILES / "3r-arm.yaml", symbols=rs.ALL_PARAMETERS)
-    derivation = rs.derive(robot, pose=rs.AtSymbols())
-    assert derivation.coordinates == ("q1", "q2", "q3")
-    random = np.random.default_rng(3)
-    for _ in range(3):
-        values = {name: v * random.uniform(0.8, 1.2) for name, v in robot.nominal.items()}
-        q = random.uniform(0.2, 1.2, 3)
-        given = values | dict(zip(derivation.coordinates, q, strict=True))
-        found = derivation.substituted({s: given[s.name] for s in derivation.symbols})
-        expected = rs.stiffness(robot.substituted(values), rs.JointCoordinates(q)).K
-        size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
-        difference = np.array(found.evalf(30), dtype=float) - expected
-        assert np.max(np.abs(difference) / size) < 1e-10
 
 
 def test_planar_arm_of_beams_closes_with_all_symbols_and_stays_short():

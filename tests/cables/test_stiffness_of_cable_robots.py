@@ -11,11 +11,8 @@ import robostiff as rs
 from robostiff.cables import TensionProblem, structure_matrix, weight_wrench, wrench_derivative
 from robostiff.spatial import Space, skew
 from tests.cables.machines import answered, random_robot, slack_event
-from tests.campaign.bodies import minimum
-from tests.campaign.loaded_cables import suspended
 
 STATUS = rs.Status
-NAMES = rs.shipped_cable_robots()
 
 
 def test_without_tension_cables_hold_by_stretching_alone():
@@ -28,27 +25,6 @@ def test_without_tension_cables_hold_by_stretching_alone():
     exact = W @ np.diag(loose.axial) @ W.T
     np.testing.assert_allclose(loose.K, exact, rtol=1e-10, atol=1e-10 * np.abs(exact).max())
     np.testing.assert_allclose(loose.taut_stiffness, 0, atol=1e-12)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_shipped_robots_stand_at_home(name):
-    robot = rs.load(name)
-    result = rs.stiffness(robot)
-    assert result.status == STATUS.OK
-    assert (np.linalg.eigvalsh(result.K) > 0).all()
-    np.testing.assert_allclose(result.missing_wrench, 0, atol=1e-7)
-    np.testing.assert_allclose(result.K, result.K.T, rtol=1e-12, atol=1e-9)
-    assert result.rank == len(result.K)
-    assert result.free_motions == result.unstable_motions == ()
-
-
-@pytest.mark.parametrize("name", ["cable-8", "cable-3-suspended"])
-def test_matrix_of_a_robot_is_that_of_its_energy(name):
-    robot = rs.load(name)
-    result = rs.stiffness(robot)
-    bodies = suspended(robot, np.append(robot.home.p, np.zeros(3)), result.tensions)
-    exact = np.linalg.inv(minimum(bodies, np.zeros(6)).compliance)
-    np.testing.assert_allclose(result.K, exact, rtol=1e-10, atol=1e-10 * np.abs(exact).max())
 
 
 def test_a_wrench_that_is_held_changes_by_its_derivative():
@@ -73,20 +49,6 @@ def test_a_wrench_that_is_held_changes_by_its_derivative():
     derivative = wrench_derivative(result.K, held(np.zeros(6)))
     np.testing.assert_allclose(derivative, rates, atol=1e-9 * np.abs(rates).max())
     assert np.abs(result.K - rates).max() > 0.5  # of the moment
-
-
-def test_batch_is_pose_by_pose():
-    robot = rs.load("cable-8-suspended")
-    rng = np.random.default_rng(0)
-    poses = [0, 0, 2, 0, 0, 0] + rng.uniform(-1, 1, (2, 6, 6)) * [3, 2, 1, 0.1, 0.1, 0.1]
-    batch = rs.stiffness(robot, poses)
-    assert batch.batch_shape == (2, 6)
-    for index in np.ndindex(2, 6):
-        one = rs.stiffness(robot, poses[index])
-        assert one.status_codes == batch.status_codes[index]
-        assert (one.rank, one.held_rank) == (batch.rank[index], batch.held_rank[index])
-        if one.answered:
-            np.testing.assert_allclose(batch[index].K, one.K, rtol=1e-9, atol=1e-6)
 
 
 def test_another_point_is_the_matrix_of_a_robot_with_that_reference_point():
@@ -174,17 +136,6 @@ def test_crossed_tension_topples_a_platform_and_is_reported():
     assert result.rank == 3
     assert str(result.unstable_motions[0]) == "rotation about z through (0, 0, 0) m"
     assert result.K[2, 2] == pytest.approx(2 * 100 * (0.04 / 1.2 - 0.2))
-
-
-def test_unstrained_length_decides_the_stiffness():
-    """t = EA (l - l0)/l0 has the slope EA/l0 at any stretch."""
-    EA, l0 = 1e4, 2.0
-    for t in (0.0, 1e3, 5e3):
-        length = l0 * (1 + t / EA)
-        rope = rs.Cable("rope", [0, 0, length], [0, 0, 0], EA=EA)
-        robot = rs.CableRobot("pendulum", (rope,), rs.Frame.identity())
-        result = rs.cable_stiffness(robot, tensions=rs.GivenTensions([t]))
-        assert result.axial[0] == pytest.approx(EA / l0, rel=1e-14)
 
 
 def test_winch_is_in_series():

@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
-import ctypes
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.analytic.export import c_function, python_function
 from robostiff.errors import RobostiffError
+from tests.analytic.export.programs import READERS
+from tests.other_programs import is_there
 
 if TYPE_CHECKING:
     from tests.campaign.posed_ways import Case
 
 _LONG = ("h4", "gantry-tau", "capaman")  # formulas of minutes
-COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 
 
 def formula(at_home: bool) -> Callable[[Case], None]:
@@ -55,11 +52,12 @@ def formula(at_home: bool) -> Callable[[Case], None]:
         except rs.InputError as error:
             case.say(name, "values are refused", str(error))
             return
-        for language in ("Python", "C"):
-            if language == "C" and (COMPILER is None or rng.uniform() < 0.5):
+        for language in ("python", "c"):
+            if language == "c" and (not is_there("a C compiler") or rng.uniform() < 0.5):
                 continue
-            call = _python(rest) if language == "Python" else _c(rest, list(known))
-            K = np.asarray(call(known), dtype=float)
+            with TemporaryDirectory() as folder:
+                call = READERS[language](rest, Path(folder))
+            K = np.asarray(call(*known.values()), dtype=float)
             off = case.off(K, case.K(row))
             if not off <= 1e-8:
                 what = "another K than in the batch" if np.isfinite(K).all() else "not a number"
@@ -86,30 +84,3 @@ def coordinates_of(case: Case, row: int, derivation: Any) -> dict[str, float]:
     values = [*six[:3], *Rotation.from_rotvec(six[3:]).as_euler("xyz")]
     of_pose = dict(zip(("x", "y", "z", "alpha", "beta", "gamma"), map(float, values), strict=True))
     return known | {n: of_pose[n] for n in names if n in of_pose}
-
-
-def _python(derivation: Any) -> Callable[[dict[str, float]], Any]:
-    space: dict[str, Any] = {}
-    exec(python_function(derivation), space)  # noqa: S102
-    return lambda values: space["stiffness"](**values)
-
-
-def _c(derivation: Any, names: list[str]) -> Callable[[dict[str, float]], Any]:
-    folder = tempfile.mkdtemp()
-    source, library = Path(folder, "f.c"), Path(folder, "f.so")
-    source.write_text(c_function(derivation))
-    assert COMPILER is not None
-    command = [COMPILER, "-O1", "-shared", "-fPIC", str(source), "-o", str(library), "-lm"]
-    subprocess.run(command, check=True, capture_output=True)
-    function = ctypes.CDLL(str(library)).stiffness
-    shutil.rmtree(folder)
-    n = derivation.K.rows
-
-    def call(values: dict[str, float]) -> np.ndarray:
-        K = (ctypes.c_double * (n * n))()
-        given = (ctypes.c_double * max(len(names), 1))(*(values[name] for name in names))
-        if function(K, given):
-            return np.full((n, n), np.nan)  # the formula does not hold
-        return np.array(K).reshape(n, n)
-
-    return call

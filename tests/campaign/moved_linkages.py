@@ -109,19 +109,20 @@ def random_linkage(rng: np.random.Generator) -> Linkage:
         names = [f"{circuit}.{i}" for i in range(len(elements))]
         path = [str(start), *(f"body {name}" for name in names[1:]), str(stop)]
         for body in path[1:-1]:
-            frames[body] = _frame(rng, style)
+            frames[body] = random_frame(rng, style)
         for name, element, a, b in zip(names, elements, path, path[1:], strict=False):
             own = replace(element, name=name)
             if rng.random() < 0.3:
                 a, b = b, a  # noqa: PLW2901
-            connections.append(_fitting(rng, style, name, a, b, frames, own))
+            connections.append(fitting(rng, style, name, a, b, frames, own))
     tool = str(rng.choice([body for body in frames if body != _BASE]))
     order = rng.permutation(len(connections))
     tip = rng.normal(size=3) * 0.3
     return Linkage("random", tuple(connections[i] for i in order), _BASE, tool, tip)
 
 
-def _frame(rng: np.random.Generator, style: str) -> rs.Frame:
+def random_frame(rng: np.random.Generator, style: str = "space") -> rs.Frame:
+    """A frame of a body; in a plane, or even, where the style says so."""
     place = rng.normal(size=3) * (np.array([1, 1, 0]) if style in ("plane", "even") else 1.0)
     if style == "even":
         return rs.Frame(np.eye(3), np.round(2 * place) / 2)
@@ -180,7 +181,7 @@ def _joint(rng: np.random.Generator, style: str) -> Joint:
     return rs.revolute(axis, rs.Passive(), home=home[:1])
 
 
-def _fitting(
+def fitting(
     rng: np.random.Generator,
     style: str,
     name: str,
@@ -190,7 +191,7 @@ def _fitting(
     element: Joint | rs.Link,
 ) -> Connection:
     """A connection that closes at home."""
-    before = _frame(rng, style)
+    before = random_frame(rng, style)
     if style == "point" and isinstance(element, Joint):  # its axis meets the origin of the base
         seen = frames[a].inverse
         before = rs.Frame(before.R, seen.p)

@@ -48,7 +48,7 @@ def random_snapshot(rng: np.random.Generator, kind: str) -> Snapshot:
 
 def _parallel(rng: np.random.Generator) -> Snapshot:
     kind = KINDS_OF_ROBOTS[rng.integers(len(KINDS_OF_ROBOTS))]
-    return random_robot(rng, kind, int(rng.integers(1, 4))).snapshot
+    return random_robot(rng, kind, int(rng.integers(1, 4)))
 
 
 def _nested(rng: np.random.Generator) -> Snapshot:

@@ -73,7 +73,7 @@ def quick_sources() -> tuple[Source, ...]:
     arm = (examples / "ur5.urdf", examples / "ur5.stiffness.yaml")
     found += [Source("xml", _read(*arm))] * 4
     found += [Source("data", _read(*reversed(arm)), 1)] * 4
-    poses = b"time, x [mm], y, rz [deg]\n0, 10, 0, 0\n0.5, 20, 0.01, 10\n# note\n1, 0, 0, -5\n"
+    poses = b"time, x [mm], y [m], rz [deg]\n0, 10, 0, 0\n0.5, 20, 0.01, 10\n# note\n1, 0, 0, -5\n"
     found += [Source("poses", (("poses.csv", poses),))] * 3
     texts = set()
     for name in names:

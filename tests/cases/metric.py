@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from robostiff.analysis.verification import matrix_distance
+from robostiff.elastostatics import matrix_distance
 
 
 def distance(
@@ -26,3 +28,8 @@ def distance(
     if sizes_of is not None:
         K, K_ref = sizes_of + (K - K_ref), sizes_of
     return matrix_distance(K, K_ref, length, least)
+
+
+def apart(found: Any, expected: Any) -> float:
+    """The largest difference of two arrays, in units of the largest number of the second."""
+    return float(np.max(np.abs(np.asarray(found) - expected)) / np.max(np.abs(expected)))

@@ -98,17 +98,6 @@ def test_free_directions_of_springs_are_counted(tmp_path):
         assert f"leg1: {words}" in check(str(file)).stdout
 
 
-@pytest.mark.parametrize("ending", [".png", ".svg"])
-def test_picture(tmp_path, ending):
-    file = tmp_path / f"robot{ending}"
-    assert facts("3-rrr", "--plot", str(file))["picture"] == str(file)
-    assert file.stat().st_size > 5000
-    again = check("3-rrr", "--plot", str(file))
-    assert again.exit_code == 2
-    assert "write --overwrite to replace it" in again.stderr
-    assert check("3-rrr", "--plot", str(file), "--overwrite").exit_code == 0
-
-
 def test_masses_of_a_snapshot_are_those_of_its_robot(tmp_path):
     for name in ("six-joint-arm", "orthoglide", str(EXAMPLES / "tricept-with-head.yaml")):
         file = tmp_path / "placed.json"
@@ -252,3 +241,11 @@ def test_plot_of_a_mode_moves(tmp_path):
     page = path.read_text(encoding="utf-8")
     assert "mode 2" in page
     assert "swing(document.getElementById(" in page
+
+
+def test_points_and_lengths_that_are_far_away_are_questioned():
+    for command, given in (("stiffness", ("--at", "0 0 900")), ("indices", ("--length", "900"))):
+        outcome = Running(command)("hexapod", *given)
+        assert outcome.exit_code == 0
+        assert f"warning: {given[0]}: a length of 900 m; in mm?" in outcome.stderr
+        assert not Running(command)("hexapod", given[0], f"{given[1]} mm").stderr

@@ -145,3 +145,15 @@ def test_a_snippet_is_the_formula_alone():
     found = run("planar-link", "--snippet")
     assert found.exit_code == 0, found.stderr
     assert found.stdout == rs.derive("planar-link").latex()
+
+
+def test_what_is_quicker_is_said_where_it_is_not_what_was_asked_for(monkeypatch):
+    def interrupted(_: object) -> str:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("robostiff.cli.commands_derive.latex_snippet", interrupted)
+    hint = "; named steps, --steps, are quick"
+    for options, words in (((), hint), (("--steps",), "")):
+        outcome = run("planar-link", "--snippet", *options)
+        assert outcome.exit_code == 130
+        assert outcome.stderr == f"robostiff: interrupted{words}\n"

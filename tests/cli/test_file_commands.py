@@ -267,3 +267,23 @@ def test_names_of_files_may_have_255_bytes():
     assert run("derive", "planar-link", "--format", "text", "-o", long_ending).exit_code == 0
     assert Path(long_ending).is_file()
     assert "--output: got" in refused("convert", "planar-link", "-o", "d" * 256)
+
+
+def test_a_folder_that_cannot_be_written_is_named_before_anything_is_computed(monkeypatch):
+    monkeypatch.setattr("os.access", lambda *_: False)
+    words = "--output: got 'K.tex', expected a file in a folder that can be written"
+    assert words in refused("derive", "planar-link", "-o", "K.tex")
+    assert words.replace("K.tex", "robot.yaml").replace("--output", "NAME") in refused(
+        "new", "robot"
+    )
+
+
+def test_an_error_while_a_file_is_written_has_its_name(monkeypatch):
+    def full(path: Path, *_: object, **_more: object) -> int:
+        raise OSError(28, "No space left on device", str(path))
+
+    monkeypatch.setattr(Path, "write_text", full)
+    message = refused("schema", "model", "-o", "schema.json")
+    assert message == (
+        "robostiff: error: could not read or write 'schema.json': No space left on device\n"
+    )

@@ -131,7 +131,7 @@ def test_a_joint_with_the_name_of_a_pose_coordinate_is_that_joint():
     Path("arm.yaml").write_text(ARM.replace("HOME", ""))
     K = rs.stiffness(rs.load("arm.yaml"), rs.JointCoordinates([0, 0.3])).K
     Path("path.csv").write_text("x [mm]\n300\n")
-    for given in (("--joint", "x 300 mm 0.3 1"), ("--poses", "path.csv")):
+    for given in (("--joint", "x 300 mm 300 mm 1"), ("--poses", "path.csv")):
         outcome = run("arm.yaml", *given, "--quantity", "stiffness", "-o", "map.nc", "--overwrite")
         assert outcome.exit_code == 0, outcome.stderr
         np.testing.assert_allclose(xarray.open_dataset("map.nc").K[0], K, rtol=1e-12)

@@ -112,7 +112,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "stiffness hexapod --joints leg2/strut=0.3": lambda: stiffness(
         "hexapod", rs.ActuatorCoordinates({"leg2/strut": 0.3})
     ),
-    "stiffness hexapod --joints '290 mm 290 mm 300 mm 290 mm .29 295 mm'": lambda: stiffness(
+    "stiffness hexapod --joints '290 mm 290 mm 300 mm 290 mm .29 .295'": lambda: stiffness(
         "hexapod", rs.ActuatorCoordinates([0.29, 0.29, 0.3, 0.29, 0.29, 0.295])
     ),
     "stiffness 3-rrr --pose '0.02 0.01 0.1' --near NEAR": lambda: stiffness(

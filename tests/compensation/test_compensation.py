@@ -386,3 +386,10 @@ def test_commands_of_an_arm(models, name):
     if name == "mirror":
         left = np.linalg.norm(found.residual[:, :3], axis=1)
         np.testing.assert_allclose(left, column("arm", "mirror_residual_m"), atol=1e-13)
+
+
+@pytest.mark.parametrize("path", [np.zeros((1, 0)), np.array([[0, 0, 0.05, 0, 0, 0]])])
+def test_a_structure_takes_no_commands(path):
+    stage = rs.load("examples/flexure-stage.yaml")
+    with pytest.raises(rs.InputError, match="'flexure stage': got a robot without drives"):
+        rs.compensate(stage, path, [8, 0, 0, 0, 0, 0])

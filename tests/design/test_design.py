@@ -353,3 +353,61 @@ def test_a_hybrid_machine_has_the_units_of_its_modules() -> None:
     machine = rs.hybrid_machine([rs.Module("tripod", tripod)])
     assert machine.units == tripod.units == {"R": "m"}
     assert machine.meanings == tripod.meanings
+
+
+@pytest.mark.parametrize("p", [3, 40, 300])
+def test_norms_of_small_numbers_are_no_zeros(platform, p: float):
+    """Powers of 1e-8 are below all floats."""
+    found = rs.optimise(platform, rs.WorstDeflection(), RANGES, poses=POSES, combine=rs.PNorm(p))
+    each = np.linalg.eigvalsh(rs.compliance(found.robot.numeric, POSES)[:, :3, :3])[:, -1]
+    largest = each.max()
+    expected = largest * np.mean((each / largest) ** p) ** (1 / p)
+    assert found.objective == pytest.approx(expected, rel=1e-9)
+    assert found.ending is rs.Ending.OPTIMUM
+
+
+def test_norms_of_numbers_of_both_signs_are_of_their_sizes(platform):
+    """The cube of a negative number is no part of a mean: 0 is the least that a norm can be."""
+    entry = rs.EntryOf(rs.ComplianceMatrix(), (0, 2))
+    found = rs.optimise(platform, entry, RANGES, poses=POSES[1:], combine=rs.PNorm(3))
+    each = np.abs(rs.compliance(found.robot.numeric, POSES[1:])[:, 0, 2])
+    assert found.objective == pytest.approx(np.mean(each**3) ** (1 / 3), rel=1e-6, abs=1e-18)
+
+
+def test_a_limit_of_zero_is_beside_the_numbers(platform):
+    """No compliance is zero, be it as small as 1e-9 m/N."""
+    limit = rs.Within(rs.EntryOf(rs.ComplianceMatrix(), (2, 2)), most=0.0)
+    found = rs.optimise(
+        platform, rs.WorstDeflection(), RANGES, poses=POSES[1:2], constraints=[limit]
+    )
+    assert found.ending is rs.Ending.INFEASIBLE
+    assert not any("compliance" in words for words in found.at_limits)
+
+
+@pytest.mark.parametrize("function", [
+    lambda robot, poses: rs.optimise(robot, rs.WorstDeflection(), RANGES, poses=poses),
+    lambda robot, poses: rs.tolerances(robot, {"R": rs.Uniform(0.1)}, poses=poses),
+    lambda robot, poses: rs.value_and_gradient(robot, rs.WorstDeflection(), ["R"], poses),
+])  # fmt: skip
+def test_no_poses_are_refused(platform, function):
+    with pytest.raises(rs.InputError, match="poses: got none"):
+        function(platform, np.zeros((0, 6)))
+
+
+def test_a_robot_without_an_answer_has_no_tolerances():
+    robot = rs.load("examples/exechon.yaml", symbols=("a", "k"))
+    spreads = {"a": rs.Uniform(0.1), "k": rs.Uniform(0.1)}
+    with pytest.raises(rs.NoAnswerError, match="pose 2 has no answer at nominal values"):
+        rs.tolerances(robot, spreads, poses=[[-1.2, 0.0, 0.0], [-1.2, 2.5, 0.8]])
+    with pytest.raises(rs.NoAnswerError, match="pose 1 has no answer at nominal values"):
+        rs.sobol_indices(robot, spreads, pose=[-1.2, 2.5, 0.8])
+
+
+def test_what_no_parameter_changes_has_no_shares():
+    robot = rs.load("examples/exechon.yaml", symbols=("k",))
+    outputs = rs.TotalMass(), rs.WorstDeflection()
+    found = rs.tolerances(robot, {"k": rs.Uniform(0.1)}, outputs, samples=64)
+    for shares in found.shares, found.rank_correlations:
+        with pytest.raises(rs.NoAnswerError, match="no shares of 'mass': none of these parameters"):
+            shares("mass")
+    assert "share of the variance" in found._repr_html_()

@@ -32,6 +32,10 @@ class Spring:
         C = self.directions @ np.linalg.inv(self.stiffness) @ self.directions.T
         return 0.5 * (C + C.T)
 
+    def placed(self, name: str) -> PlacedSpring:
+        """The same spring as the package knows it."""
+        return PlacedSpring(name, self.point, self.axes, Elasticity(self.local_compliance))
+
 
 @dataclass(frozen=True)
 class Turning:
@@ -105,10 +109,7 @@ class FreeChain:
 
     def placed(self, name: str = "leg") -> PlacedLeg:
         """The same chain as the package knows it."""
-        springs = [
-            PlacedSpring(f"spring{i}", s.point, s.axes, Elasticity(s.local_compliance))
-            for i, s in enumerate(self.springs)
-        ]
+        springs = [s.placed(f"spring{i}") for i, s in enumerate(self.springs)]
         joints = [
             PlacedFreedom(j.axis / np.linalg.norm(j.axis), j.point, j.pitch, f"joint{i}", Passive())
             for i, j in enumerate(self.joints)
@@ -257,13 +258,17 @@ def chains(
     return FreeChain(springs, tuple(freedoms[i] for i in order), rng.uniform(-1, 1, 3))
 
 
+def planar_rotation(rng: np.random.Generator) -> np.ndarray:
+    """A rotation about z."""
+    a = rng.uniform(-np.pi, np.pi)
+    return np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+
+
 def planar_chain(rng: np.random.Generator, joints: int) -> FreeChain:
     """A random chain in the x-y plane: beams, turns about z, slides across it."""
     springs = []
     for _ in range(int(rng.integers(1, 3))):
-        a = rng.uniform(-np.pi, np.pi)
-        R = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
-        point = np.append(rng.uniform(-1, 1, 2), 0.0)
+        R, point = planar_rotation(rng), np.append(rng.uniform(-1, 1, 2), 0.0)
         springs.append(replace(random_beam(rng), axes=R, point=point))
     freedoms = []
     for _ in range(joints):

@@ -21,19 +21,7 @@ from robostiff.model import (
 from robostiff.spatial import Frame, Space
 from tests.generators.elements import BAR, ROD, STEEL, shift_by
 from tests.generators.legs import platform_at, random_leg
-from tests.generators.machines import (
-    DRIVE,
-    FREE,
-    X,
-    Y,
-    Z,
-    case_a,
-    case_b,
-    elbow_arm,
-    five_bar,
-    tripod,
-    turned,
-)
+from tests.generators.machines import DRIVE, FREE, X, Y, Z, case_b, elbow_arm, five_bar, turned
 
 TRANSLATIONS = (Coordinate.X, Coordinate.Y, Coordinate.Z)
 IN_PLANE = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
@@ -47,14 +35,14 @@ def sps_hexapod() -> rs.Robot:
     )
 
 
-def translational_upu(count: int = 3) -> rs.Robot:
-    """Legs UPU whose outer axes stay parallel: a platform that does not turn.
+def six_upu() -> rs.Robot:
+    """Six legs UPU whose outer axes stay parallel: a platform that does not turn.
 
-    With more than three it is over-constrained, and each leg holds it by a couple too.
+    It is over-constrained: each leg holds the platform by a couple too.
     """
     legs = []
-    for i in range(count):
-        angle = 2 * np.pi * i / count + 0.2
+    for i in range(6):
+        angle = np.pi * i / 3 + 0.2
         turn = np.array([0, 0, angle])
         radial = np.array([np.cos(angle), np.sin(angle), 0])
         beam = rs.TelescopicBeam(STEEL, ROD, share=1.0)
@@ -63,7 +51,7 @@ def translational_upu(count: int = 3) -> rs.Robot:
         base, end = turned(turn, 0.5 * radial), turned(turn, 0.2 * radial)
         legs.append(rs.Leg(f"leg{i}", base, chain, end))
     home = shift_by(0, 0, 0.6)
-    return rs.Robot(f"{count}-UPU", tuple(legs), home=home, coordinates=TRANSLATIONS)
+    return rs.Robot("6-UPU", tuple(legs), home=home, coordinates=TRANSLATIONS)
 
 
 def rigid_cranks() -> rs.Robot:
@@ -228,13 +216,9 @@ def pairs_of_struts() -> rs.Robot:
 
 
 HAND_MADE: dict[str, Callable[[], rs.Robot]] = {
-    "case a": case_a,
     "case b with limits": lambda: case_b(limits=(0.45, 0.9)),
     "SPS": sps_hexapod,
-    "3-UPU": translational_upu,
-    "6-UPU": lambda: translational_upu(6),
-    "RPS tripod": tripod,
-    "PRS tripod": lambda: tripod("PRS"),
+    "6-UPU": six_upu,
     "five-bar": lambda: replace(five_bar(), coordinates=IN_PLANE),
     "rigid cranks": rigid_cranks,
     "flat struts": flat_struts,

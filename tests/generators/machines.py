@@ -1,14 +1,12 @@
-"""A few whole robots: hexapod, zero-torsion tripods, a planar five-bar, serial arms."""
+"""A few whole robots: a hexapod, a planar five-bar, serial arms."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.model import Coordinate, Element, beam_axes
+from robostiff.model import Element, beam_axes
 from robostiff.spatial import Frame, Space
 from tests.generators.elements import BAR, ROD, STEEL, shift_by
 
@@ -22,22 +20,12 @@ def turned(rotvec: np.ndarray, point: np.ndarray) -> Frame:
     return Frame(Rotation.from_rotvec(rotvec).as_matrix(), point)
 
 
-def hexapod(
-    base_angles: Sequence[float],
-    platform_angles: Sequence[float],
-    R: float = 0.5,
-    r: float = 0.2,
-    h: float = 0.6,
-    limits: tuple[float, float] | None = None,
-) -> rs.Robot:
-    """A Stewart-Gough platform with UPS legs of one beam each."""
+def case_b(limits: tuple[float, float] | None = None) -> rs.Robot:
+    """The regular platform of case B, with UPS legs of one beam and an elastic drive each."""
     legs = []
     beam = rs.TelescopicBeam(STEEL, ROD, share=1.0)
-    for i, (phi, psi) in enumerate(
-        zip(np.radians(base_angles), np.radians(platform_angles), strict=True)
-    ):
-        A = R * np.array([np.cos(phi), np.sin(phi), 0])
-        B = r * np.array([np.cos(psi), np.sin(psi), 0])
+    angles = np.radians([[0, 120, 120, 240, 240, 360], [60, 60, 180, 180, 300, 300]])
+    for i, (phi, psi) in enumerate(angles.T):
         chain = rs.Chain(
             (
                 rs.universal(X, Y, FREE, name="U"),
@@ -45,58 +33,9 @@ def hexapod(
                 rs.spherical(FREE, name="S"),
             )
         )
-        legs.append(rs.Leg(f"leg{i + 1}", shift_by(*A), chain, shift_by(*B)))
-    return rs.Robot("hexapod", tuple(legs), home=shift_by(0, 0, h))
-
-
-def case_b(**sizes) -> rs.Robot:
-    """The regular platform of case B."""
-    return hexapod([0, 120, 120, 240, 240, 360], [60, 60, 180, 180, 300, 300], **sizes)
-
-
-def case_a(**sizes) -> rs.Robot:
-    """The degenerate platform of case A."""
-    angles = [0, 60, 120, 180, 240, 300]
-    return hexapod(angles, angles, **sizes)
-
-
-def tripod(kind: str = "RPS") -> rs.Robot:
-    """Three legs RPS or PRS, posed by z, rx and ry: x, y and rz follow.
-
-    Each leg's turn is about a tangent, so its ball stays in a vertical plane through the middle.
-    """
-    legs = []
-    for i in range(3):
-        angle = 2 * np.pi * i / 3
-        turn = np.array([0, 0, angle])
-        radial = np.array([np.cos(angle), np.sin(angle), 0])
-        if kind == "RPS":
-            beam = rs.TelescopicBeam(STEEL, ROD, share=1.0)
-            chain = rs.Chain(
-                (
-                    rs.revolute(Y, FREE, name="R"),
-                    rs.Telescope(Z, (beam,), beam_axes(Z, None), DRIVE, name="P"),
-                    rs.spherical(FREE, name="S"),
-                )
-            )
-        else:
-            rod = np.array([-0.3, 0, 0.4])
-            chain = rs.Chain(
-                (
-                    rs.prismatic(Z, DRIVE, home=[0.1], name="P"),
-                    rs.revolute(Y, FREE, name="R"),
-                    rs.beam_link(rod, STEEL, ROD),
-                    rs.spherical(FREE, name="S"),
-                )
-            )
-        home = turned(turn, 0.2 * radial)
-        legs.append(rs.Leg(f"leg{i + 1}", turned(turn, 0.5 * radial), chain, home))
-    return rs.Robot(
-        kind,
-        tuple(legs),
-        home=shift_by(0, 0, 0.5),
-        coordinates=(Coordinate.Z, Coordinate.RX, Coordinate.RY),
-    )
+        foot, head = (np.array([np.cos(own), np.sin(own), 0]) for own in (phi, psi))
+        legs.append(rs.Leg(f"leg{i + 1}", shift_by(*0.5 * foot), chain, shift_by(*0.2 * head)))
+    return rs.Robot("hexapod", tuple(legs), home=shift_by(0, 0, 0.6))
 
 
 def five_bar() -> rs.Robot:

@@ -7,24 +7,24 @@ from dataclasses import replace
 import numpy as np
 
 import robostiff as rs
-from robostiff.elasticity import Elasticity
-from robostiff.model import PlacedBlock, PlacedElement, PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import PlacedBlock, PlacedElement, PlacedFreedom, PlacedLeg
 from robostiff.spatial import Space
-from tests.generators.chains import Spring, random_beam, random_block, random_joint, random_single
+from tests.generators.chains import (
+    Spring,
+    planar_rotation,
+    random_beam,
+    random_block,
+    random_joint,
+    random_single,
+)
 
 _MAKERS = (random_beam, random_block, random_single)
-
-
-def placed_spring(name: str, spring: Spring) -> PlacedSpring:
-    """A spring of a random chain as the package knows it."""
-    return PlacedSpring(name, spring.point, spring.axes, Elasticity(spring.local_compliance))
 
 
 def _beam(rng: np.random.Generator, space: Space) -> Spring:
     if space is Space.SPATIAL:
         return _MAKERS[rng.integers(len(_MAKERS))](rng)
-    a = rng.uniform(-np.pi, np.pi)
-    R = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    R = planar_rotation(rng)
     return replace(random_beam(rng), axes=R, point=np.append(rng.uniform(-1, 1, 2), 0.0))
 
 
@@ -52,7 +52,7 @@ class _Grower:
         elements: list[PlacedElement] = []
         if elastic:
             elements += [
-                placed_spring(f"spring{i}", _beam(rng, self.space))
+                _beam(rng, self.space).placed(f"spring{i}")
                 for i in range(1 + int(rng.uniform() < 0.25))
             ]
         elements += [_joint(f"joint{i}", rng, self.space) for i in range(joints)]

@@ -1,15 +1,13 @@
-"""Random parallel robots: legs as plain matrices, and the same as a snapshot."""
+"""Random parallel robots as snapshots, of legs that are plain matrices."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from hypothesis import strategies as st
 
 from robostiff.model import Snapshot
 from tests.generators.chains import (
-    SEEDS,
     FreeChain,
     Turning,
     ball,
@@ -20,18 +18,6 @@ from tests.generators.chains import (
     random_single,
     snapshot_of,
 )
-
-
-@dataclass(frozen=True)
-class FreeRobot:
-    """Legs between a base and a rigid platform."""
-
-    legs: tuple[FreeChain, ...]
-    reference: np.ndarray
-
-    @property
-    def snapshot(self) -> Snapshot:
-        return snapshot_of(list(self.legs), self.reference)
 
 
 def strut(rng: np.random.Generator, base: np.ndarray, tip: np.ndarray) -> FreeChain:
@@ -55,8 +41,13 @@ def _soft_leg(rng: np.random.Generator) -> FreeChain:
 KINDS_OF_ROBOTS = ("struts", "general", "over-constrained", "apex", "soft")
 
 
-def random_robot(rng: np.random.Generator, kind: str, number: int) -> FreeRobot:
-    """A random parallel robot of a kind; see `robots`."""
+def random_robot(rng: np.random.Generator, kind: str, number: int) -> Snapshot:
+    """A random parallel robot of a kind.
+
+    Kinds: `struts`, legs between balls; `general`, legs of any joints; `over-constrained`, legs
+    with the same parallel axes; `apex`, struts that meet in one point; `soft`, legs of few springs
+    beside one full leg.
+    """
     reference = rng.uniform(-0.5, 0.5, 3)
     if kind == "struts":
         legs = [
@@ -83,17 +74,4 @@ def random_robot(rng: np.random.Generator, kind: str, number: int) -> FreeRobot:
         legs = [_soft_leg(rng) for _ in range(number)] + [_general_leg(rng)]
     else:
         legs = [_general_leg(rng) for _ in range(number)]
-    return FreeRobot(tuple(legs), reference)
-
-
-@st.composite
-def robots(draw: st.DrawFn) -> FreeRobot:
-    """Random parallel robots.
-
-    Kinds: `struts`, legs between balls; `general`, legs of any joints; `over-constrained`, legs
-    with the same parallel axes; `apex`, struts that meet in one point; `soft`, legs of few springs
-    beside one full leg.
-    """
-    rng = np.random.default_rng(draw(SEEDS))
-    kind = draw(st.sampled_from(KINDS_OF_ROBOTS))
-    return random_robot(rng, kind, draw(st.integers(1, 5)))
+    return snapshot_of(legs, reference)

@@ -279,3 +279,25 @@ def test_loading_and_unloading():
         kinds=rs.Reading.DISPLACEMENT,
     )  # fmt: skip
     np.testing.assert_allclose(measured.branches, [[0, 0, -3e-6]], atol=1e-18)
+
+
+@pytest.mark.parametrize("file", ["exechon", "tricept-with-head"])
+def test_stiffness_parameters_of_legs_closed_by_iteration(file: str):
+    """A stiffness that is a parameter is found as its reciprocal, poses as the postures."""
+    name, pose = {
+        "exechon": ("k", [[-1.2, 0.1, 0.05], [-1.25, -0.1, -0.05]]),
+        "tricept-with-head": ("ka", [[0.1, 0.05, -1.6, 0.1, 0.2], [0, 0, -1.7, 0.3, 0.1]]),
+    }[file]
+    robot = rs.load(f"examples/{file}.yaml", symbols=(name,))
+    true = robot.substituted({name: 0.6 * robot.nominal[name]})
+    loads = np.array([[3000.0, 2000, -5000, 100, 50, -200], [-1000, 2000, 1000, -100, 300, 100]])
+    poses: Any = rs.equilibrium(true, pose, loads)
+    marks = {"m1": [0.08, 0.1, 0], "m2": [0.05, -0.09, 0.08]}
+    A = turn_by_vector(np.array([own.pose[3:] for own in poses]))
+    points = [own.pose[:3] + R @ m for own, R in zip(poses, A, strict=True) for m in marks.values()]
+    measured = rs.Measurements(
+        np.repeat(pose, 2, axis=0), points, wrenches=np.repeat(loads, 2, axis=0),
+        markers=[*marks] * 2, sigma=1e-6,
+    )  # fmt: skip
+    found = rs.identify(robot, measured, [name], frames=rs.KnownFrames(marks))
+    assert found.values == {f"1/{name}": pytest.approx(1 / (0.6 * robot.nominal[name]), rel=1e-6)}

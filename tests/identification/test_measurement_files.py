@@ -265,3 +265,19 @@ def test_a_posture_beyond_limits(tmp_path):
     measured = read(robot, tmp_path, "\n".join([head, *rows]))
     with pytest.raises(rs.InputError, match=r"posture of .*csv:4: got 'beyond-limits'"):
         rs.identify(robot, measured, ["arm/shoulder"])
+
+
+def test_a_structure_has_no_posture(tmp_path):
+    """It has one pose, which a file need not have; a column of it is not read, with a warning."""
+    lines = ["Fx [N],marker,dx [um],dy [um],dz [um],sigma [um]", "4,m1,476,0,0,1", "8,m1,952,0,0,1"]
+    stage = rs.load("examples/flexure-stage.yaml", symbols=("t",))
+    measured = read(stage, tmp_path, "\n".join(lines))
+    assert measured.coordinates.shape == (2, 0)
+    found = rs.identify(stage, measured, ["t"], frames=rs.KnownFrames({"m1": [0, 0, 0]}))
+    x = rs.deflection(found.robot, wrench=[8, 0, 0, 0, 0, 0]).twist[0]
+    assert x == pytest.approx(952e-6, rel=2e-3)
+    with_pose = [
+        f"{begin},{line}" for begin, line in zip(["pose_x [mm]", 0, 0], lines, strict=True)
+    ]
+    with pytest.warns(rs.PlausibilityWarning, match="'pose_x' is not read"):
+        assert read(stage, tmp_path, "\n".join(with_pose)).coordinates.shape == (2, 0)

@@ -197,3 +197,27 @@ def test_readings_that_no_robot_has_are_no_fault_of_the_postures(monkeypatch):
     monkeypatch.setattr(lost, nowhere)
     with pytest.raises(rs.InputError, match="look at the units of readings and loads"):
         rs.identify(machine("arm"), arm_campaign(), ["arm/joint*"], frames=arm_frames())
+
+
+@pytest.mark.parametrize("name", ["leg y/drive", "leg z/drive"])
+def test_a_single_unknown_that_no_load_strains(name: str):
+    """Its rates are rounding, and there is no other of its kind beside which they are none."""
+    robot = rs.load("tripteron")
+    loads = np.array([[0, 0, 0, 0, 0, 0], [100.0, 0, 0, 0, 0, 0]])
+    moved = [1.02 * rs.deflection(robot, wrench=load).twist[:3] for load in loads]
+    read = rs.Measurements(
+        np.zeros((2, 3)) + rs.find_posture(robot).pose[0, robot.coordinate_places], moved,
+        wrenches=loads, kinds=rs.Reading.DISPLACEMENT, sigma=1e-7,
+    )  # fmt: skip
+    found = rs.identify(robot, read, [name], frames=rs.KnownFrames({"marker": [0, 0, 0]}))
+    assert rs.FitStatus.NOT_IDENTIFIED in found.status
+    assert found.not_identified[0].startswith(f"no measurement depends on {name}: ")
+    assert found.values == {name: pytest.approx(2.5e-8)}
+    assert name not in found.std
+
+
+def test_rates_that_are_rounding_beside_the_readings():
+    J = np.array([[1e-14], [0.0]])
+    unknowns = [Unknown("c", UnknownKind.COMPLIANCE, 1.0, "m/N")]
+    assert identifiability(J, unknowns, 1.0).fixed == (0,)
+    assert identifiability(J, unknowns, 1e-4).fixed == ()

@@ -15,7 +15,6 @@ from jsonschema import Draft202012Validator
 from scipy.spatial.transform import RigidTransform, Rotation
 
 import robostiff as rs
-from robostiff.elasticity import beam_compliance
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.io.snapshot import snapshot_from_document, snapshot_schema, snapshot_to_data
@@ -53,18 +52,6 @@ def chain_of(*elements: str) -> Any:
 # --- what is elastic ---
 
 
-def test_named_materials_and_sections():
-    text = ARM.format(
-        chain="      - {type: beam, to: [L, 0, 0], material: my steel, section: rod}"
-    ).replace(
-        "legs:",
-        "materials: {my steel: {E: 200 GPa, poisson_ratio: 0.25, source: a plate}}\n"
-        "sections: {rod: {circle: {diameter: L/10}}}\nlegs:",
-    )
-    (beam,) = read(text).legs[0].chain.elements
-    np.testing.assert_allclose(beam.elasticity.compliance[0, 0], 0.3 / (200e9 * np.pi * 2.25e-4))
-
-
 def test_free_direction_of_a_spring_is_a_passive_joint():
     spring = "{type: spring, stiffness: [1e7, 1e7, 1e7, 1e4, 1e4, 0]}"
     joint = "{type: revolute, axis: z, role: passive}"
@@ -100,32 +87,10 @@ def test_ways_to_repeat_a_leg(repeat):
     assert len(robot.coordinates) == 6
 
 
-def test_repeated_legs_beside_single_ones():
-    text = TRIPOD.replace("REPEAT", COPIES[1].replace("variable: i", "variable: i, name: strut"))
-    head, body = text.split("legs:\n  ")
-    body = "\n  ".join(body.split("\n"))
-    column = (
-        "  - {name: column, chain: [{type: prismatic, axis: z, role: passive, home: 500 mm}, "
-        "{type: spring, stiffness: [1e8, 1e8, 1e8, 1e5, 1e5, 1e5]}]}\n"
-    )
-    robot = read(f"{head}legs:\n{column}  - {body}".rstrip() + "\n")
-    assert [leg.name for leg in robot.legs] == ["column", "strut1", "strut2", "strut3"]
-
-
 def test_elbow():
     text = (Path(PAGE).parents[1] / "src/robostiff/robots/3-puu.yaml").read_text()
     assert read(text).legs[0].elbow is Elbow.PLUS
     assert read(text.replace("elbow: plus", "elbow: minus")).legs[0].elbow is Elbow.MINUS
-
-
-def test_serial_arm_needs_no_home():
-    robot = read(ARM.format(chain=f"      - {HINGE}\n      - {TIP}"))
-    assert robot.home is None
-    assert robot.coordinates == ()
-    beam = beam_compliance(0.3, rs.material("steel"), rs.circle(0.02))
-    C = np.linalg.inv(rs.stiffness(robot).K)
-    np.testing.assert_allclose(C[1, 1], beam[1, 1], rtol=1e-9)
-    np.testing.assert_allclose(C[2, 2], beam[2, 2] + 0.3**2 / 1e5, rtol=1e-9)
 
 
 def test_planar_robot():
@@ -381,18 +346,6 @@ def test_a_block_of_a_snapshot():
     assert result.K[5, 5] == pytest.approx(2 * EA_by_L * 0.04**2)
 
 
-@pytest.mark.parametrize("name", ["orthoglide", "delta"])
-def test_written_and_read_again(name):
-    posture = rs.find_posture(rs.load(name))
-    data = snapshot_to_data(posture.snapshot.one(0))
-    Draft202012Validator(snapshot_schema()).validate(json.loads(json.dumps(data)))
-    again = snapshot(data)
-    first, second = rs.stiffness(posture.snapshot.one(0)), rs.stiffness(again)
-    assert distance(second.K, first.K) < 1e-12
-    kept = {part.name for leg in again.legs for part in leg.parts}
-    assert kept == {part.name for leg in posture.snapshot.legs for part in leg.parts}
-
-
 def test_nested_blocks_and_rigid_branches_are_written_too():
     inner = {"type": "parallel", "branches": [branch("a", 0.03), branch("b", 0.05)]}
     rod = {"name": "rod", "end": [0.3, 0, 0], "chain": []}
@@ -404,10 +357,3 @@ def test_nested_blocks_and_rigid_branches_are_written_too():
     assert distance(rs.stiffness(again).K, rs.stiffness(given).K) < 1e-12
     names = [part.name for part in given.legs[0].parts]
     assert names[0] == "pair/outer/parallel1/a/passive1"
-
-
-def test_a_planar_snapshot_with_a_block():
-    result = rs.stiffness(snapshot(PAIR | {"planar": True}))
-    assert result.K.shape == (3, 3)
-    plane = np.ix_([0, 1, 5], [0, 1, 5])
-    assert distance(result.K, rs.stiffness(snapshot(PAIR)).K[plane]) < 1e-12

@@ -13,13 +13,11 @@ from robostiff.analysis.maps import Batched, Compiled
 from robostiff.analysis.maps import map as maps
 from robostiff.analysis.record_file import plain
 from robostiff.compiled import Backend, MachineCode, machine_code_is_available
-from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
 from robostiff.io.map_files import read_poses
-from robostiff.model import Actuated, Passive, beam_link, prismatic, spherical
+from robostiff.model import Passive, prismatic
 from robostiff.robots import robot_file
 from tests.files import written
-from tests.linkage.test_stiffness_of_linkages import _closed, _frame, _parallel
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
 ARRAYS = rs.Backend.ARRAYS
@@ -56,50 +54,6 @@ def test_a_kernel_gives_what_the_network_gives(source, low, high):
     for k in np.flatnonzero(~answer.guarded):
         given = answer.values["K"][k], answer.status_codes[k], answer.rank[k]
         _agrees(fast, linkage, rows[k], *given)
-
-
-def _bridged(seed):
-    """Two random legs and a rod on two balls between them: no body of the rod is base or platform.
-
-    One drive less than joints that resist: one of them follows.
-    """
-    rng = np.random.default_rng(seed)
-    linkage, frames = _parallel(rng, 2)
-    frames |= {"near": _frame(rng), "far": _frame(rng)}
-    near, far = (spherical(Passive(), name=name) for name in ("near ball", "far ball"))
-    rod = beam_link(rng.normal(size=3), material("steel"), circle(0.03), name="rod")
-    bridge = (
-        _closed("near ball", "0.2", "near", frames, near, rng),
-        _closed("rod", "near", "far", frames, rod, rng),
-        _closed("far ball", "far", "1.3", frames, far, rng),
-    )
-    return replace(linkage, connections=(*linkage.connections, *bridge))
-
-
-@pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("bridged", [False, True])
-def test_random_linkages_are_as_stiff_as_their_networks(seed, bridged):
-    linkage = _bridged(seed) if bridged else _parallel(np.random.default_rng(seed), 2)[0]
-    drives = [j.name for j in linkage.joints if isinstance(j.role, Actuated)]
-    fast = rs.compile(linkage, joints=drives[1:] if bridged else None, backend=ARRAYS)
-    assert fast.verified
-    home = fast.taken.driven.at_home  # pyright: ignore[reportAttributeAccessIssue]
-    rows = home + np.random.default_rng([seed, 1]).uniform(-0.1, 0.1, (3, len(home)))
-    answer = fast.evaluate(rows, again=False)
-    assert not answer.guarded.all()
-    for k in np.flatnonzero(~answer.guarded):
-        given = answer.values["K"][k], answer.status_codes[k], answer.rank[k]
-        _agrees(fast, linkage, rows[k], *given)
-
-
-def test_out_of_reach_is_a_status():
-    """Bars of 500 mm end where the feet are 500 mm apart: no height is left, then no closure."""
-    _, fast = _compiled("double-pantograph")
-    answer = fast.evaluate({"screw": np.array([0.0, 0.2])})
-    assert answer.guarded.tolist() == [False, True]
-    assert answer.status_codes.tolist() == [Status.OK, Status.UNREACHABLE]
-    assert answer.rank.tolist() == [6, -1]
-    assert np.isnan(answer.values["K"][1]).all()
 
 
 def test_far_from_home_the_straight_way_is_gone_in_parts():

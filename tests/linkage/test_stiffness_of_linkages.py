@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import robostiff as rs
 from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
 from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
-from robostiff.kinematics import ActuatorCoordinates, place_chain
-from robostiff.linkage import Connection, Linkage, close, essential, robot_of
+from robostiff.kinematics import ActuatorCoordinates
+from robostiff.linkage import Linkage, close, essential, robot_of
 from robostiff.linkage.essential import network_of
 from robostiff.model import (
     Actuated,
@@ -27,7 +26,7 @@ from robostiff.model import (
     spherical,
 )
 from robostiff.spatial import Frame
-from tests.campaign.moved_linkages import by_forces, moved_linkage, open_by
+from tests.campaign.moved_linkages import by_forces, fitting, moved_linkage, open_by, random_frame
 
 FOUR_BAR = Path(__file__).parents[2] / "examples" / "four-bar.xml"
 ANGLES = [-0.3, 0.0, 0.4]
@@ -174,10 +173,6 @@ def _end(connection):
     return Frame(np.eye(3), np.asarray(connection.element.to)) @ connection.after
 
 
-def _frame(rng):
-    return Frame(Rotation.random(rng=rng).as_matrix(), rng.normal(size=3))
-
-
 def _element(rng, name, kind):
     home = rng.uniform(-1, 1, 2).tolist()
     axis, other = rng.normal(size=3), rng.normal(size=3)
@@ -195,29 +190,20 @@ def _element(rng, name, kind):
     return rs.revolute(axis, rs.Passive(), home=home[:1], name=name)
 
 
-def _closed(name, a, b, frames, element, rng):
-    """A connection that fits the frames of its bodies."""
-    before = _frame(rng)
-    start = frames[a] @ before
-    q = np.array(getattr(element, "home", ()), dtype=float)
-    end = place_chain(rs.Chain((element,)), q, start.R, start.p)
-    return Connection(name, a, b, before, element, Frame(end.R, end.p).inverse @ frames[b])
-
-
 def _parallel(rng, legs):
     """Legs of six elements, some described from platform to base, and an arm that dangles."""
-    frames = {"base": Frame.identity(), "platform": _frame(rng)}
+    frames = {"base": Frame.identity(), "platform": random_frame(rng)}
     connections = []
     for leg in range(legs):
         bodies = ["base", *(f"{leg}.{i}" for i in range(5)), "platform"]
-        frames |= {body: _frame(rng) for body in bodies[1:-1]}
+        frames |= {body: random_frame(rng) for body in bodies[1:-1]}
         kinds = rng.permutation([0, 1, 2, 3, 5, 0])
         for i, kind in enumerate(kinds):
             a, b = bodies[i : i + 2] if rng.random() < 0.5 else bodies[i : i + 2][::-1]
             name = f"leg{leg}.{i}"
-            connections.append(_closed(name, a, b, frames, _element(rng, name, kind), rng))
-    frames["hook"] = _frame(rng)
-    hook = _closed("hook", "0.2", "hook", frames, _element(rng, "hook", 4), rng)
+            connections.append(fitting(rng, "space", name, a, b, frames, _element(rng, name, kind)))
+    frames["hook"] = random_frame(rng)
+    hook = fitting(rng, "space", "hook", "0.2", "hook", frames, _element(rng, "hook", 4))
     rng.shuffle(connections)
     tip = rng.normal(size=3)
     return Linkage("random", (hook, *connections), "base", "platform", tip), frames
@@ -246,7 +232,7 @@ def test_a_robot_and_a_network_of_one_linkage_agree(legs, seed):
 def test_legs_that_share_a_body_are_no_robot():
     linkage, frames = _parallel(np.random.default_rng(4), 2)
     rng = np.random.default_rng(5)
-    bridge = _closed("bridge", "0.2", "1.3", frames, _element(rng, "bridge", 0), rng)
+    bridge = fitting(rng, "space", "bridge", "0.2", "1.3", frames, _element(rng, "bridge", 0))
     part = essential(Linkage("l", (*linkage.connections, bridge), "base", "platform", np.zeros(3)))
     assert robot_of(part, close(part)) is None
 
@@ -264,7 +250,7 @@ def test_coordinates_of_all_drives_need_no_names_under_load_either():
 def test_a_slide_on_the_base_moves_an_axis_that_does_not_turn(first):
     """The loop ends at the base as well: neither its end nor the axis depends on coordinates."""
     rng = np.random.default_rng(5)
-    frames = {"base": Frame.identity()} | {body: _frame(rng) for body in "abcd"}
+    frames = {"base": Frame.identity()} | {body: random_frame(rng) for body in "abcd"}
     x, y, z = rng.normal(size=(3, 3))
     elements = {
         "first": ("base", "a", first(x, Passive())),
@@ -276,7 +262,8 @@ def test_a_slide_on_the_base_moves_an_axis_that_does_not_turn(first):
     linkage = Linkage(
         "loop",
         tuple(
-            _closed(n, a, b, frames, replace(e, name=n), rng) for n, (a, b, e) in elements.items()
+            fitting(rng, "space", n, a, b, frames, replace(e, name=n))
+            for n, (a, b, e) in elements.items()
         ),
         "base",
         "c",

@@ -15,7 +15,7 @@ from robostiff.model.checks import rotation_matrix, unit_vector
 from robostiff.model.entries import formulas
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame, exact_number
-from tests.files import written
+from tests.files import text_of, written
 
 NAMES = [name for name in rs.shipped_robots() if "\nparameters:" in robot_file(name).read_text()]
 
@@ -139,18 +139,7 @@ def test_file_is_checked_by_its_numbers_first(tmp_path):
         load(file, symbols=rs.ALL_PARAMETERS)
 
 
-MODEL = """
-robostiff: 1
-name: arm
-source: a test
-parameters: {L: 300 mm, k: 1e5 N m/rad, z: 0 mm, twice: 2*L}
-legs:
-  - name: arm
-    base: {at: [twice, 0, z]}
-    chain:
-      - {type: revolute, axis: z, role: actuated, stiffness: k}
-      - {type: beam, to: [L, 0, 0], material: steel, section: {circle: {diameter: 20 mm}}}
-"""
+MODEL = text_of("arm-of-two-lengths.yaml")
 
 
 L, R, r, h, d, k, E, G = sp.symbols("L R r h d k E G", positive=True)

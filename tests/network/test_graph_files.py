@@ -18,32 +18,11 @@ from robostiff.io.snapshot import (
     network_to_data,
 )
 from robostiff.network import Network, compliance_between, network_of_snapshot
+from tests.files import text_of
 from tests.network.frames import GRAPH_NAMES, GRAPHS, graph
 
 # One element a line, so that lines can be counted.
-TEXT = """{
- "name": "table", "reference_point": [0, 0, 1],
- "graph": {
-  "nodes": {"floor": [0, 0, 0], "foot": [0, 0, 0.1], "top": [0, 0, 1]},
-  "fixed": ["floor"],
-  "platform": "top",
-  "joints": [
-   {"a": "floor", "b": "foot",
-    "dofs": [{"kind": "R", "point": [0, 0, 0], "axis": [0, 0, 1], "k": null}]}
-  ],
-  "beams": [
-   {"a": "foot", "b": "top", "start": [0, 0, 0.1], "end": [0, 0, 1], "y_axis": [0, 1, 0],
-    "E": 2.1e11, "G": 8e10, "A": 8e-4, "Iy": 3e-8, "Iz": 1e-7, "J": 7e-8}
-  ],
-  "springs": [
-   {"name": "pad", "a": "floor", "b": "top", "point": [0, 0, 1],
-    "rotation": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
-    "K": [[1e6, 0, 0, 0, 0, 0], [0, 1e6, 0, 0, 0, 0], [0, 0, 1e6, 0, 0, 0],
-     [0, 0, 0, 1e3, 0, 0], [0, 0, 0, 0, 1e3, 0], [0, 0, 0, 0, 0, 0]]}
-  ]
- }
-}
-"""
+TEXT = text_of("table-of-bodies.json")
 
 
 def test_what_the_file_says():

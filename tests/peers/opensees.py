@@ -6,16 +6,19 @@ import ast
 import ctypes
 import os
 import runpy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import redirect_stdout
 from functools import partial
 from importlib.metadata import PackageNotFoundError, files
 from io import StringIO
 from itertools import pairwise, product
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from robostiff.network import Network
 from robostiff_interop import opensees_commands
@@ -51,6 +54,17 @@ def silence() -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     os.dup2(nowhere, 2)
+
+
+@pytest.fixture(scope="module")
+def by_opensees() -> Iterator[Callable[..., Any]]:
+    """OpenSees in a process of its own, where nobody reads what it prints as it ends."""
+    with ProcessPoolExecutor(1, get_context("spawn"), initializer=silence) as process:
+        try:
+            process.submit(load_opensees).result()
+        except ImportError as error:
+            pytest.skip(f"OpenSees cannot be loaded here: {error}")
+        yield lambda by, *given: process.submit(by, *given).result()
 
 
 def stiffness_by_opensees(network: Network) -> np.ndarray:

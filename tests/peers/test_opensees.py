@@ -5,10 +5,7 @@ springs in place of joints cost OpenSees digits twice: by what is compliant in t
 extrapolation leaves little, and by rounding beside numbers a hundred thousand times larger.
 """
 
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -34,9 +31,7 @@ from tests.peers.opensees import (
     bodies_in_opensees,
     columns_of_script,
     frequencies_by_opensees,
-    load_opensees,
     loaded_frame,
-    silence,
     stiffness_by_opensees,
 )
 from tests.robots.test_every_robot import random_poses
@@ -58,18 +53,6 @@ AGREEMENT = {
 pytestmark = pytest.mark.needs("OpenSees")
 
 
-@pytest.fixture(scope="module")
-def by_opensees() -> Iterator[Callable[..., np.ndarray]]:
-    """OpenSees in a process of its own, where nobody reads what it prints as it ends."""
-    spawned = get_context("spawn")
-    with ProcessPoolExecutor(1, mp_context=spawned, initializer=silence) as process:
-        try:
-            process.submit(load_opensees).result()
-        except ImportError as error:
-            pytest.skip(f"OpenSees cannot be loaded here: {error}")
-        yield lambda *given, by=stiffness_by_opensees: process.submit(by, *given).result()
-
-
 @pytest.mark.parametrize("name", AGREEMENT, ids=lambda name: Path(name).stem)
 def test_robot_at_a_general_pose(name, by_opensees):
     robot = load(name)
@@ -81,7 +64,7 @@ def test_robot_at_a_general_pose(name, by_opensees):
         pose = random_poses(robot.name, finder, 2)[0]
     network = network_of_snapshot(finder.find(pose).snapshot.one(0))
     K = stiffness(robot, pose).K
-    assert distance(by_opensees(network), K) < AGREEMENT[name]
+    assert distance(by_opensees(stiffness_by_opensees, network), K) < AGREEMENT[name]
 
 
 @pytest.mark.parametrize("name", ["3-rrr", "hexapod", "six-joint-arm"])
@@ -104,14 +87,14 @@ def test_natural_frequencies_of_a_robot(name, by_opensees):
         for node in network.nodes
     )
     found = modes(replace(network, nodes=nodes), gravity=[0, 0, 0], beams=Linear()).frequencies
-    expected = by_opensees(network, masses, by=frequencies_by_opensees)
+    expected = by_opensees(frequencies_by_opensees, network, masses)
     assert np.allclose(found, expected, rtol=1e-6)
 
 
 def test_loops_inside_legs(by_opensees):
     network, oracle = graph("h_orthoglide_pose0")
     K = np.array(oracle["K"])
-    assert distance(by_opensees(network), K) < 1e-8
+    assert distance(by_opensees(stiffness_by_opensees, network), K) < 1e-8
     assert distance(stiffness(network).K, K) < 1e-12
 
 
@@ -125,7 +108,7 @@ def test_written_models_run(by_opensees, name, suffix, left, tmp_path):
     path = tmp_path / f"model.{suffix}"
     asked = ["convert", name, "--to", "opensees", "-o", str(path)]
     assert CliRunner().invoke(app, asked).exit_code == 0
-    C = by_opensees(path, by=columns_of_script)
+    C = by_opensees(columns_of_script, path)
     expected = compliance(load(name))
     assert distance(C, expected) < left
     assert distance(C, expected) > 1e-9  # or it is not what was written that was computed
@@ -146,7 +129,7 @@ def test_frame_with_loaded_beams_and_a_foot_that_settles(by_opensees):
     q, t = np.array([30.0, -80, 55]), np.array([1e-3, -2e-3, 5e-4, 1e-3, 2e-3, -1e-3])
     loads = {beam.name: rs.DistributedForce(beam.rotation @ q) for beam in beams}
     found = rs.network_response(frame, loads, settlements={"c": t})
-    for name, twist in by_opensees(frame, q, "c", t, by=loaded_frame).items():
+    for name, twist in by_opensees(loaded_frame, frame, q, "c", t).items():
         assert np.allclose(found.twists[name], twist, rtol=1e-9, atol=1e-12)
 
 

@@ -49,21 +49,6 @@ def test_planar_robots_have_an_ellipse():
     assert sizes == pytest.approx(np.full(len(sizes), sizes[0]))
 
 
-def test_shade_is_a_signed_logarithm_and_zeros_are_plain():
-    result = rs.stiffness(robot("gough-stewart-a"))
-    K = result.K
-    picture = rs.plot.matrix(result, backend=DATA)
-    s = np.repeat([1.0, float(result.length)], 3)
-    scaled = K / np.outer(s, s)
-    part = np.abs(scaled) / np.abs(scaled).max()
-    plain = part <= 1e-12
-    assert np.any(plain)
-    assert np.array_equal(np.isnan(picture.shades), plain)
-    assert all(picture.texts[i][j] == "0" for i, j in np.argwhere(plain))
-    expected = np.sign(scaled) * np.maximum(1 + np.log10(np.where(plain, 1, part)) / 4, 0.05)
-    assert picture.shades[~plain] == pytest.approx(expected[~plain])
-
-
 ALL = frozenset(LAYERS)
 
 

@@ -49,11 +49,6 @@ class Opened:
         """The places of its charts."""
         return self.page.locator(".chart").all()
 
-    def numbers(self, selector: str) -> list[float]:
-        """Numbers below an element, with all their digits."""
-        found = self.page.locator(f"{selector} data")
-        return [float(value) for value in found.evaluate_all("all => all.map((one) => one.value)")]
-
 
 def opened(browser: Any, path: Path, *, width: int = 1280, dark: bool = False) -> Opened:
     """A page once all its plots are drawn."""

@@ -77,31 +77,6 @@ def test_nothing_is_fetched_and_nothing_goes_wrong(name, request):
     assert report.complaints == []
 
 
-def test_matrices_of_the_page_are_those_of_the_library(spatial):
-    result = rs.stiffness(rs.load("hexapod"), POSE)
-    assert spatial.numbers("[data-symbol=K]") == result.K.ravel().tolist()
-    C = result.compliance
-    assert C is not None
-    assert spatial.numbers("[data-symbol=C]") == C.ravel().tolist()
-
-
-def test_deflection_of_the_page_is_that_of_the_library(spatial):
-    bent = rs.deflection(rs.load("hexapod"), POSE, LOAD)
-    loads_and_moves = np.reshape(
-        spatial.numbers("#load .side-by-side > div:first-of-type"), (-1, 2)
-    )[:6]
-    np.testing.assert_allclose(loads_and_moves[:, 0], LOAD, rtol=0)
-    np.testing.assert_allclose(1e-6 * loads_and_moves[:, 1], bent.twist, rtol=1e-14)
-    shares = spatial.numbers("#load details")
-    np.testing.assert_allclose(shares, [100 * part.share for part in bent.parts], rtol=1e-14)
-
-
-def test_weakest_directions_of_the_page_are_those_of_the_library(spatial):
-    principal = rs.indices(rs.stiffness(rs.load("hexapod"), POSE)).principal
-    shown = spatial.numbers("#weakest .side-by-side > div:first-of-type")[:6]
-    assert shown == [*principal.translational.tolist(), *principal.rotational.tolist()]
-
-
 def test_the_slider_changes_the_slice(planar, planar_map):
     slider = planar.page.locator("#slider-worst-deflection")
     label = planar.page.locator("#label-worst-deflection")

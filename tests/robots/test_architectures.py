@@ -38,6 +38,8 @@ THEORY = {
     "us-ups": ("rx ry rz", 1),
     # Legs x, y and turn transmit a couple each and leg z two, where two are needed.
     "t3r1": ("x y z rz", 3),
+    # A pair of arms resists a couple for each arm; its hinge passes one of the two on.
+    "h4": ("x y z rz", 0),
     # Three forces through the centre a leg, where three are needed.
     "agile-eye": ("rx ry rz", 6),
 }
@@ -77,17 +79,6 @@ def freedoms_between(branches, about):
 
 
 UPRIGHT, DIAGONAL = np.array([0, 0, 1.0]), np.ones(3) / np.sqrt(3)
-THREEFOLD = {
-    **dict.fromkeys(("hexa", "hexapod-pus", "3-upu", "3-rps", "3-prs", "capaman"), UPRIGHT),
-    "agile-eye": DIAGONAL,
-}
-
-
-@pytest.mark.parametrize("name", THREEFOLD)
-def test_a_third_of_a_turn_changes_nothing_at_home(name):
-    K = rs.stiffness(rs.load(name)).K
-    R = np.kron(np.eye(2), Rotation.from_rotvec(2 * np.pi / 3 * THREEFOLD[name]).as_matrix())
-    assert distance(R @ K @ R.T, K) < 1e-12
 
 
 @pytest.mark.parametrize(
@@ -100,12 +91,6 @@ def test_stiffness_is_the_same_all_along_parallel_rails(name, along):
     moved[:, along] += [-0.5, -0.1, 0.01, 0.3, 2.0]
     for K, K_moved in zip(rs.stiffness(robot, poses).K, rs.stiffness(robot, moved).K, strict=True):
         assert distance(K_moved, K) < 1e-11
-
-
-def test_leaning_rails_are_not_parallel():
-    robot = rs.load("hexapod-pus", {"tilt": "10 deg"})
-    K, K_higher = rs.stiffness(robot, [[0, 0, 0.7, 0, 0, 0], [0, 0, 0.8, 0, 0, 0]]).K
-    assert distance(K_higher, K) > 1e-2
 
 
 def test_capaman_stands_as_high_as_its_cranks_on_average():
@@ -186,35 +171,13 @@ def test_one_rod_too_many_shares_the_load_of_the_others():
     np.testing.assert_allclose([load.load for load in result.actuators], 0, atol=1e-6)
 
 
-def test_scara_stays_as_stiff_across_its_plane_when_its_motors_do_nothing():
-    soft = rs.load("scara", {"k1": "1 N m/rad", "k2": "1 N m/rad", "k3": "1 N m/rad"})
-    C, C_soft = (np.linalg.inv(rs.stiffness(robot).K) for robot in (rs.load("scara"), soft))
-    across = np.ix_([2, 3, 4], [2, 3, 4])
-    np.testing.assert_allclose(C_soft[across], C[across], rtol=1e-6, atol=1e-12)
-    assert (np.diag(C_soft)[[0, 1, 5]] > 100 * np.diag(C)[[0, 1, 5]]).all()
-
-
 HALF_CROSSBAR = 0.06  # m
-MIRROR = np.diag([-1.0, 1, 1, 1, -1, -1])  # x to -x, for twists
 
 
 @pytest.fixture(scope="module")
 def posture():
     finder = PostureFinder(rs.load("h4"))
     return finder.find(np.vstack([finder.home_pose, random_poses("h4", finder, 20)]))
-
-
-def test_four_freedoms_and_no_constraint_too_many(posture):
-    """A pair of arms resists a couple for each arm; its hinge passes one of the two on."""
-    assert posture.reached.all()
-    for i in range(len(posture.pose)):
-        snapshot = posture.snapshot.one(i)
-        free, surplus = freedoms_between(snapshot.legs, snapshot.reference_point)
-        assert (free.shape[1], surplus) == (4, 0)
-        for leg in snapshot.legs:
-            (block,) = (e for e in leg.elements if isinstance(e, PlacedBlock))
-            bar, _ = freedoms_between(block.branches, snapshot.reference_point)
-            assert bar.shape[1] == 4
 
 
 def test_bars_translate_and_the_crossbar_turns_between_them(posture):
@@ -226,11 +189,6 @@ def test_bars_translate_and_the_crossbar_turns_between_them(posture):
     np.testing.assert_allclose(hinges[0] - hinges[1], 2 * HALF_CROSSBAR * across, atol=1e-12)
     for q in posture.coordinates:
         np.testing.assert_allclose(q[:, -1], turn, atol=1e-10)
-
-
-def test_home_is_symmetric_about_the_plane_between_the_bars():
-    K = rs.stiffness(rs.load("h4")).K
-    assert distance(MIRROR @ K @ MIRROR, K) < 1e-12
 
 
 def from_four_sides() -> str:
@@ -287,21 +245,6 @@ def test_closed_forms_at_the_centre():
     assert turning[0] / turning[1] == pytest.approx(131.1, abs=0.05)
     nearly = 4 * (1 + STEEL.poisson_ratio) * BETWEEN**2 / (0.016**2 + 0.012**2)
     assert nearly == pytest.approx(turning[0] / turning[1], rel=0.01)
-
-
-def test_translation_blocks_are_the_same_sum_over_the_bars():
-    robot = rs.load(MODEL)
-    finder = PostureFinder(robot)
-    snapshot = finder.find(ALONG_ALL).snapshot
-    with_loops, without = both()
-    for i in range(len(S)):
-        K_tt = np.zeros((3, 3))
-        for leg, e in zip(snapshot.one(i).legs, np.eye(3), strict=True):
-            near, far = (list(leg.freedoms)[place].point for place in (1, 3))
-            u = (far - near) / LENGTH
-            K_tt += np.outer(u, u) / ((u @ e) ** 2 / DRIVE + LENGTH / (2 * STEEL.E * BAR.A))
-        for K in (with_loops[i], without[i]):
-            np.testing.assert_allclose(K[:3, :3], K_tt, atol=1e-8 * K_tt.max())
 
 
 def test_legs_that_end_at_the_tool_make_both_alike_against_forces():

@@ -14,6 +14,7 @@ from robostiff.network import condense, energy_stiffness, network_of_snapshot
 from robostiff.spatial import Frame, move_stiffness
 from robostiff_view.machines import RobotMachine, machine_of
 from tests.campaign.reference import reference
+from tests.cases.metric import apart
 from tests.files import text_of, written
 
 SECTION, STEEL = rs.circle(0.03), rs.material("steel")
@@ -53,10 +54,6 @@ def arm(couplings, first=None, last=None, **options) -> rs.Robot:
     chain = rs.Chain(elements, tuple(couplings))
     identity = Frame.identity()
     return rs.Robot("arm", (rs.Leg("arm", identity, chain, identity),), coordinates=(), **options)
-
-
-def apart(found: np.ndarray, expected: np.ndarray) -> float:
-    return float(np.max(np.abs(found - expected)) / np.max(np.abs(expected)))
 
 
 def network_stiffness(robot: rs.Robot, pose=None, index: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -160,11 +157,6 @@ def test_kernels_take_couplings():
         assert apart(K[i], network_stiffness(robot, poses, i)[0]) < 1e-11
 
 
-def test_a_posture_that_the_gear_allows_has_a_stiffness():
-    robot = arm((GEAR,))
-    assert rs.stiffness(robot, rs.JointCoordinates([0.3, 0.1, 0.0])).status.has_stiffness
-
-
 def test_two_motors_without_names_are_refused():
     motors = tuple(replace(own, name="") for own in MOTORS)
     with pytest.raises(rs.InputError, match="'coupling of a and b', expected each name once"):
@@ -215,17 +207,6 @@ MODEL = text_of("geared-wrist.yaml")
 
 def model(tmp_path, text: str = MODEL, **options):
     return rs.load(written(tmp_path / "wrist.yaml", text), **options)
-
-
-def test_a_model_file_has_couplings(tmp_path):
-    chain = model(tmp_path).legs[0].chain
-    belt, rack = chain.couplings
-    assert belt.terms == (("b", 1.0), ("a", 1.5))
-    assert belt.home == pytest.approx(np.radians(10))
-    assert belt.role == rs.Locked(5e4)
-    assert belt.name == "belt"
-    assert rack.terms == (("s", 1.0), ("a", 0.005))
-    assert rack.home == pytest.approx(0.02)
 
 
 def test_a_ratio_may_be_a_symbol(tmp_path):

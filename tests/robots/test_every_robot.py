@@ -8,9 +8,7 @@ import pytest
 from robostiff import robots
 from robostiff.errors import FileError, InputError
 from robostiff.io.document import read_document
-from robostiff.kinematics import PostureFinder
-from robostiff.kinematics.closure import follow, loops_of_legs
-from robostiff.model import ALL_COORDINATES, Robot, Snapshot
+from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.robots import describe, load, robot_file, shipped_cable_robots, shipped_robots
 from tests.calls import calls_of
@@ -33,10 +31,7 @@ SPREAD = {
     "tripteron": (0.15, 0.15, 0.15, 0, 0, 0),
     "us-ups": (0, 0, 0, 0.3, 0.3, 0.3),
 }
-ARMS = ("planar-link", "two-link-arm", "six-joint-arm", "scara")
 SWAYING = ("3-prs", "3-rps", "capaman")  # coordinates that are not chosen change too
-BY_ITERATION = ("capaman", "h4", "t3r1", "us-ups")  # some of their legs have no closed form
-PARALLEL = sorted(set(shipped_robots()) - set(ARMS))
 
 
 def random_poses(name, finder, count=60):
@@ -54,38 +49,6 @@ def test_loads_and_says_where_it_comes_from(name):
     assert (info.name, info.title, info.source) == (name, robot.title, robot.source)
     assert len(info.title) < 90
     assert "\n" not in info.source
-
-
-@pytest.mark.parametrize("name", ["3-puu", "3-upu", "t3r1", "us-ups", "tripteron", "3-rpr-beams"])
-def test_legs_decide_the_other_coordinates(name):
-    robot = load(name)
-    finder = PostureFinder(robot)
-    poses = random_poses(name, finder)
-    chosen = [ALL_COORDINATES.index(coordinate) for coordinate in robot.coordinates]
-    posture = finder.find(poses[:, chosen])
-    assert posture.reached.all()
-    np.testing.assert_allclose(posture.pose, poses, atol=1e-12)
-
-
-@pytest.mark.parametrize("name", PARALLEL)
-def test_legs_close_and_closed_form_and_newton_agree(name):
-    finder = PostureFinder(load(name))
-    poses = random_poses(name, finder)
-    posture = finder.find(poses)
-    assert posture.reached.all()
-    assert posture.shift_gaps.max() < 1e-9
-    assert posture.turn_gaps.max() < 1e-9
-    for solver, q in zip(finder.solvers, posture.coordinates, strict=True):
-        if solver.closed_form is None:
-            assert name in BY_ITERATION
-            continue
-        home = np.concatenate([solver.home_pose, solver.home])
-        loops = loops_of_legs((solver.leg,), (), solver.length)
-        (found,) = follow(loops, home, poses).coordinates
-        difference = found - q
-        turns = np.abs(difference) > np.pi  # the same angle, a turn further
-        difference[turns] -= 2 * np.pi * np.sign(difference[turns])
-        assert np.abs(difference).max() < 1e-9
 
 
 def test_loading_is_quick():
@@ -112,14 +75,6 @@ def test_names_have_the_types_of_their_robots():
     assert get_args(robots.ShippedCableRobot) == shipped_cable_robots()
     assert isinstance(assert_type(load("hexapod"), Robot), Robot)
     assert isinstance(assert_type(load("cable-8"), CableRobot), CableRobot)
-
-
-def test_name_or_path_gives_the_same_robot(tmp_path):
-    copy = tmp_path / "mine.yaml"
-    copy.write_text(robot_file("3-rpr").read_text())
-    for source in (copy, str(copy)):
-        robot = load(source)
-        assert robot.name == "3-rpr"
 
 
 def test_snapshot_file(tmp_path):

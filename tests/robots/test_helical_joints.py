@@ -16,6 +16,7 @@ from robostiff.plot.displacement import motion_under
 from robostiff.robots import robot_file
 from robostiff.spatial import Frame, Screw
 from tests.campaign.placed import slender_beam
+from tests.cases.metric import apart
 from tests.files import text_of
 
 DATA = rs.plot.PictureData()
@@ -35,10 +36,6 @@ def lead_screws(**options) -> rs.Robot:
     text = text.replace(slide, f"{screw}, stiffness: k*(lead/(2*pi))^2")
     text = text.replace("parameters:", "parameters:\n  lead: 5 mm")
     return model_from_document(parse_document(text), **options)
-
-
-def apart(one, other) -> float:
-    return float(np.max(np.abs(np.asarray(one) - other)) / np.max(np.abs(other)))
 
 
 def random_leg(rng: np.random.Generator, pitch: float | None, role=Passive()) -> PlacedLeg:  # noqa: B008
@@ -160,13 +157,6 @@ def test_a_platform_pose_of_an_arm_keeps_the_turns_of_its_screw():
     pose = rs.find_posture(robot, rs.JointCoordinates(q)).pose
     found = rs.find_posture(robot, pose, near=rs.JointCoordinates([0.25, 14.0]))
     assert np.ravel(found.coordinates[0]) == pytest.approx(q, abs=1e-8)
-
-
-def test_a_planar_robot_has_no_screws():
-    text = arm().replace("name: screw arm", "name: screw arm\nplanar: true")
-    text = text.replace("[0, 100 mm, -200 mm]", "[0, 100 mm, 0]")
-    with pytest.raises(rs.InputError, match="axis of quill in a planar robot"):
-        model_from_document(parse_document(text))
 
 
 def test_a_free_screw_is_reported_as_one():

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import robostiff as rs
-from robostiff.model import Branch, Chain, Link, ParallelBlock, prismatic, revolute
+from robostiff.model import Chain, Link, prismatic, revolute
+from tests.cases.metric import apart
 
 FEET = np.diag([1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9])
 
@@ -21,25 +22,6 @@ def rigid(*to: float, name: str = "rigid") -> rs.Rigid:
 
 def feet() -> rs.Module:
     return rs.Module("frame", Chain((Link(np.zeros(3), rs.Elasticity(FEET), np.eye(3), "feet"),)))
-
-
-def apart(a: np.ndarray, b: np.ndarray) -> float:
-    return float(np.abs(a - b).max() / np.abs(b).max())
-
-
-@pytest.mark.parametrize("name", ["hexapod", "gough-stewart-a"])
-def test_elastic_base_adds_its_compliance(name: str):
-    robot = rs.load(name)
-    on_feet = rs.hybrid_machine([feet(), rs.Module("robot", robot)])
-    alone, together = rs.stiffness(robot), rs.stiffness(on_feet)
-    v = together.reference_point
-    J = np.eye(6)
-    J[:3, 3:] = -np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    W = np.linalg.svd(alone.K)[0][:, : int(alone.rank)]  # what the robot transmits
-    assert together.rank == alone.rank
-    expected = W.T @ J @ FEET @ J.T @ W
-    found = np.linalg.inv(W.T @ together.K @ W) - np.linalg.inv(W.T @ alone.K @ W)
-    assert apart(found, expected) < 1e-6  # of differences
 
 
 def test_free_motions_of_all_modules_are_carried():
@@ -136,19 +118,6 @@ def test_masses_of_carrying_platforms_are_carried():
     moved = rs.deflection(machine, gravity="-z").twist
     expected = rs.deflection(robot, gravity="-z", at=[0, 0, 1.1]).twist
     np.testing.assert_allclose(moved, expected, atol=1e-15)
-
-
-def test_nested_block_in_python_is_the_same():
-    robot = rs.load("3-puu")
-    machine = rs.hybrid_machine([rs.Module("robot", robot)])
-    branches = tuple(Branch(leg.name, leg.base, leg.chain, leg.attachment) for leg in robot.legs)
-    here = rs.Frame.identity()
-    leg = rs.Leg("one", here, Chain((ParallelBlock(branches, "b"),)), here)
-    nested = rs.Robot("nested", (leg,), home=robot.home, coordinates=robot.coordinates)
-    pose = rs.find_posture(robot).pose[0] + [0.02, 0.01, 0.03, 0, 0, 0]
-    K = [rs.stiffness(one, pose).K for one in (robot, machine, nested)]
-    assert apart(K[1], K[0]) < 1e-9
-    assert apart(K[2], K[0]) < 1e-9
 
 
 @pytest.mark.parametrize("at", [[0, 0, 0], [0.1, 0.2, 0.03]])

@@ -16,6 +16,6 @@ def mass_matrix(robot: rs.Robot, pose: rs.JointCoordinates) -> np.ndarray:
     of_legs, _, of_twist = mass_rows(problem, loaded.masses, state)
     # the platform moves with the body behind the last joint, so that the chain stays closed
     last = Spot(0, len(problem.legs.chains[0].elements))
-    twist = problem.legs.twists(state.legs, [last], state.p[None])[0, list(problem.rows)]
+    twist = problem.legs.twists(state, [last], state.p[None])[0, list(problem.rows)]
     B = np.concatenate([of_legs, of_twist[0] @ twist])
     return B.T @ B

@@ -1,7 +1,5 @@
 """Critical loads in closed form: Euler's columns, and graphs of pins, slides and springs."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -12,6 +10,7 @@ from robostiff.elasticity import CrossSection, Elasticity, cantilever_compliance
 from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import JointElement, Network, Node, beam_between, network_of_snapshot
 from robostiff.spatial import Space
+from tests.files import FILES
 from tests.statics.robots_under_load import beam, joint, root
 
 L, EI = 0.7, 35.0
@@ -145,39 +144,6 @@ def test_a_column_in_a_plane():
         assert 0 <= found.factor / (4 * EULER) - 1 < 1e-3
 
 
-def guided_rod(tmp_path: Path, diameter: str) -> rs.Robot:
-    """A clamped rod on a drive pushes a platform that a stiff slide guides."""
-    stiff = (
-        "{type: beam, to: [0, 0, -50 mm], material: steel, section: {circle: {diameter: 90 mm}}}"
-    )
-    text = f"""
-robostiff: 1
-name: press
-source: made up for this test
-home: {{at: [0, 0, 0]}}
-coordinates: [z]
-legs:
-  - name: ram
-    base: {{at: [0, 0, 1.2 m]}}
-    chain:
-      - {{type: prismatic, name: drive, axis: z, role: actuated, stiffness: 1e8 N/m, home: -0.2 m}}
-      - type: beam
-        name: rod
-        to: [0, 0, -1 m]
-        material: steel
-        section: {{circle: {{diameter: {diameter}}}}}
-  - name: guide
-    base: {{at: [0.1 m, 0, 0.25 m]}}
-    chain:
-      - {{type: prismatic, name: slide, axis: z, role: passive, home: -0.2 m}}
-      - {stiff}
-    platform: {{at: [0.1 m, 0, 0]}}
-"""
-    file = tmp_path / "press.yaml"
-    file.write_text(text)
-    return rs.load(file)
-
-
 @pytest.mark.parametrize(("elements", "most"), [(4, 0.07), (8, 0.017), (16, 0.0042)])
 def test_a_strip_buckles_sideways_and_a_shaft_by_its_torque(elements: int, most: float):
     """Prandtl (1899) and Greenhill (1883); a torque keeps its direction in a guide that turns."""
@@ -198,9 +164,12 @@ def test_a_strip_buckles_sideways_and_a_shaft_by_its_torque(elements: int, most:
     assert 0 < 1e-2 * found.factor / exact - 1 < most
 
 
-def test_kernels_do_not_pass_over_the_buckling_of_a_clamped_rod(tmp_path: Path):
-    """Before the critical load a kernel agrees with equilibrium; beyond it, it says so."""
-    robot = guided_rod(tmp_path, "12 mm")
+def test_kernels_do_not_pass_over_the_buckling_of_a_clamped_rod():
+    """A clamped rod on a drive pushes a platform that a stiff slide guides.
+
+    Before the critical load a kernel agrees with equilibrium; beyond it, it says so.
+    """
+    robot = rs.load(FILES / "guided-press.yaml")
     critical = rs.critical_load(robot, wrench=[0, 0, 1, 0, 0, 0], up_to=1e9).factor
     C = rs.find_posture(robot).snapshot.one(0).legs[0].elements[1].elasticity.compliance  # pyright: ignore
     assert 0.96 < critical / (4 * np.pi**2 / C[5, 5]) < 1.002  # less what the guide gives way

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,14 +13,13 @@ import pytest
 import sympy as sp
 
 import robostiff as rs
-from robostiff.io.document import parse_document
-from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import posture_finder
 from robostiff.model import Branch, Chain, Leg, ParallelBlock, PlacedFreedom
 from robostiff.spatial import Frame
 from robostiff.statics.kernels.strut import struts_among
 from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import postures_of
+from tests.files import FILES, written
 from tests.generators.planted_poses import PoseSpace
 from tests.identification.campaigns import column, model_file
 from tests.statics.robots_under_load import SPRINGS, on, same_as_each, spring, struts
@@ -98,39 +98,11 @@ def test_they_are_equilibria(name: str):
         assert np.abs((K - one.K) / np.outer(size, size)).max() > 1e-5  # the load matters
 
 
-QUILL = """\
-robostiff: 1
-name: arm with a quill
-source: a test
-parameters: {size: 1}
-legs:
-  - name: arm
-    chain:
-      - {type: revolute, name: swing, axis: z, role: actuated, stiffness: size^3*6e4 N m/rad}
-      - type: beam
-        name: boom
-        to: [size*600 mm, 0, 0]
-        material: steel
-        section: {tube: {outer_diameter: size*90 mm, inner_diameter: size*70 mm}}
-      - type: telescope
-        name: quill
-        direction: -z
-        role: actuated
-        stiffness: size*1e7 N/m
-        home: size*100 mm
-        beams:
-          - share: 1
-            fixed: size*60 mm
-            material: steel
-            section: {tube: {outer_diameter: size*30 mm, inner_diameter: size*20 mm}}
-"""
-
-
 @pytest.mark.filterwarnings("ignore::robostiff.errors.PlausibilityWarning")
 @pytest.mark.parametrize("s", [1e-6, 1e3])
 def test_arms_of_all_sizes_have_kernels(s: float):
     """Samples are as far around home as the arm is long, and no part of it counts as rigid."""
-    robot = model_from_document(parse_document(QUILL, file="quill.yaml"), {"size": str(s)})
+    robot = rs.load(FILES / "arm-with-a-quill.yaml", parameters={"size": str(s)})
     pose = rs.JointCoordinates([[0.2, 0.15 * s], [-0.3, 0.08 * s]])
     F = s**2 * np.array([2e3, -1e3, 3e3, 200 * s, 100 * s, -300 * s])
     answer = rs.compile_loaded(robot, backend=rs.Backend.ARRAYS).evaluate(pose, [F, -F])
@@ -444,3 +416,18 @@ def test_hooks_turn_with_the_platform(fast: rs.CompiledLoading, is_stretched: bo
     limit = 1e-9 if is_stretched else 1e-12
     np.testing.assert_allclose(platforms.points[0], sure.pose[:3], atol=limit)
     np.testing.assert_allclose(answer.displacement[0], sure.displacement, atol=limit)
+
+
+@pytest.mark.filterwarnings("ignore::robostiff.PlausibilityWarning")
+@pytest.mark.parametrize(("unit", "size"), [("um", 1e-3), ("m", 1e3)])
+def test_robots_of_any_size_have_kernels(tmp_path: Path, unit: str, size: float):
+    """Lengths and drives times s, forces times s^2: shifts are s times as large, turns the same."""
+    text = Path("examples/exechon.yaml").read_text("utf-8").replace(" mm", f" {unit}")
+    file = written(tmp_path / "size.yaml", text.replace("8e7 N/m", f"{8e7 * size} N/m"))
+    pose, F = np.array([[-1.2, 0.1, 0.05]]), np.array([3000.0, 2000, -5000, 100, 50, -200])
+    found, grown = (rs.compile_loaded(rs.load(x)) for x in ("examples/exechon.yaml", file))
+    expected = found.evaluate(pose, F).displacement[0]
+    of_force, of_shift = np.repeat([[size**2, size**3], [size, 1.0]], 3, axis=1)
+    there = grown.evaluate(pose * [size, 1, 1], F * of_force)
+    assert not there.guarded.any()
+    np.testing.assert_allclose(there.displacement[0] / of_shift, expected, rtol=1e-9)

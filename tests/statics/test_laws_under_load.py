@@ -15,6 +15,7 @@ from robostiff.spatial.rotation import matrix_of_rotation
 from robostiff.statics.chains.moving_chain import FURTHEST_TURN, FiniteTurn
 from tests.campaign.ways import in_frame
 from tests.cases.metric import distance
+from tests.files import text_of
 from tests.statics.robots_under_load import beam_legs, case, loaded
 
 COVERED = rs.shipped_robots()
@@ -90,31 +91,7 @@ def test_the_frame_does_not_matter():
     assert np.isclose(two.margin, one.margin, rtol=1e-7)
 
 
-HEAD = """\
-robostiff: 1
-name: tilting head
-source: a test
-parameters: {size: 1, force: 1}
-materials: {metal: {E: force*210 GPa, poisson_ratio: 0.3, density: 7850 kg/m^3}}
-home: {at: [0, 0, size*500 mm]}
-legs:
-  - repeat: {count: 3, variable: i}
-    let: {phi: i*120 deg}
-    base: {at: [size*350 mm*cos(phi), size*350 mm*sin(phi), 0], turn: [{z: phi}]}
-    chain:
-      - {type: prismatic, axis: z, role: actuated, stiffness: force*size*1e8 N/m, home: size*100 mm}
-      - type: beam
-        to: [0, 0, size*50 mm]
-        material: metal
-        section: {tube: {outer_diameter: size*80 mm, inner_diameter: size*60 mm}}
-      - {type: revolute, axis: y, role: passive, home: -0.38}
-      - type: beam
-        to: [0, 0, size*400 mm]
-        material: metal
-        section: {tube: {outer_diameter: size*60 mm, inner_diameter: size*40 mm}}
-      - {type: spherical, role: passive, home: [0, 0.38, 0]}
-    platform: {at: [size*200 mm*cos(phi), size*200 mm*sin(phi), 0], turn: [{z: phi}]}
-"""
+HEAD = text_of("tilting-head.yaml")
 PUSH = np.array([100.0, 40.0, -160.0, 6.0, 8.0, 4.0])
 
 

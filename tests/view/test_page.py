@@ -197,6 +197,19 @@ def test_a_slider_stays_within_its_ends(page):
     assert drawn[slider.low] == drawn[-1e12]
 
 
+def test_a_scale_of_ones_own_begins_at_the_automatic_one(page):
+    page._handles[page._of_load[0].key].value = 500.0
+    note = next(n for n in page.update().notes if n.startswith("displacements"))
+    assert not page._exaggeration.visible
+    page._automatic.value = False
+    until = time.monotonic() + 60
+    while not page._exaggeration.visible and time.monotonic() < until:
+        time.sleep(0.02)
+    assert note == f"displacements × {page._exaggeration.value:g}"
+    assert note in page.update().notes
+    page._automatic.value = True
+
+
 def test_lines_have_a_bounded_number_of_dashes(page):
     ends = np.array([[0.0, 0, 0], [1e12, 0, 0]])
     assert len(page._scene._pieces(Path(ends, PlainColour.INK, dashed=True))) <= 200

@@ -193,12 +193,9 @@ def answer_of_results(
 
 
 def closes(kernel: Kernel, results: Any) -> Any:
-    """Where the recorded closure arrives, in the assembly mode of home, as of the results (N,).
-
-    One truth value for all of them where nothing needs to be closed, or of results at one pose.
-    """
-    if "open" not in kernel.checks:
-        return np.True_
+    """Where the recorded closure arrives, in the assembly mode of home, as of the results (N,)."""
+    if "open" not in kernel.checks:  # nothing needs to be closed
+        return np.ones(np.shape(results[-1]), dtype=bool)
     return (results[-2] < CLOSED) & (results[-1] > 0)
 
 

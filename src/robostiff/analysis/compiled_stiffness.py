@@ -201,7 +201,7 @@ class CompiledStiffness(AtGeneralPoses):
                 raise InputError(f"array for {name!r}", got=array.shape, expected=expected)
         answer = answer_of_kernel(kernel, inputs, self, threads, out)
         self._find_lost(kernel, answer, inputs.rows)
-        for subject, rows in values.groups(answer.guarded & again):
+        for subject, rows in values.groups(answer.guarded) if again else ():
             try:
                 result = Stiffness.of(question(subject, rows))
             except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
@@ -243,9 +243,9 @@ class CompiledStiffness(AtGeneralPoses):
 
     def _find_lost(self, kernel: Kernel, answer: CompiledAnswer, inputs: np.ndarray) -> None:
         """Decide guarded poses, inputs (inputs, N), to which the ways of a robot end, in place."""
-        code, rows = kernel.code, np.flatnonzero(answer.guarded & self.verified)
-        of_robot = isinstance(self.taken, KernelInputs) and not self.parameters
-        if of_robot and isinstance(code, ClosedCode) and code.home:
+        code, of_robot = kernel.code, isinstance(self.taken, KernelInputs) and not self.parameters
+        if self.verified and of_robot and isinstance(code, ClosedCode) and code.home:
+            rows = np.flatnonzero(answer.guarded)
             for part in chunks_of(slice(0, rows.size), _WAYS):
                 own = np.ascontiguousarray(inputs[:, rows[part]])
                 end = posture_finder(self.subject).ways_end(own.T, *code.ways(own))
@@ -286,14 +286,11 @@ class CompiledStiffness(AtGeneralPoses):
 
         Last, whether it is one pose that was given without an axis of poses.
         """
-        kernel: Kernel = self.kernel
-        taken = self.taken
+        kernel, taken, of_joints = self.kernel, self.taken, self.joint_kernel
         pose = taken.read(pose)
-        of_joints = self.joint_kernel
         if isinstance(pose, JointCoordinates):
             if of_joints is not None and of_joints is not kernel:
-                kernel = of_joints
-                taken = taken.taken_by(kernel, of_joints)
+                kernel, taken = of_joints, taken.taken_by(of_joints, of_joints)
         elif of_joints is kernel:  # rates with parameters, of a record at joints, need these
             for output in kernel.outputs:
                 rate = output

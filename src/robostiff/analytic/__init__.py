@@ -40,11 +40,11 @@ from robostiff.analytic.placement.robot_pose import AtSymbols as AtSymbols
 from robostiff.analytic.placement.robot_pose import EulerAngles as EulerAngles
 from robostiff.analytic.placement.robot_pose import UnitQuaternion as UnitQuaternion
 from robostiff.analytic.placement.robot_pose import roll_pitch_yaw as roll_pitch_yaw
-from robostiff.analytic.questions.rank import RankFormula as RankFormula
-from robostiff.analytic.questions.rank import decoupling_conditions as decoupling_conditions
-from robostiff.analytic.questions.rank import fixed_point_formula as fixed_point_formula
-from robostiff.analytic.questions.rank import free_motion_formulas as free_motion_formulas
-from robostiff.analytic.questions.rank import rank_formula as rank_formula
+from robostiff.analytic.rank import RankFormula as RankFormula
+from robostiff.analytic.rank import decoupling_conditions as decoupling_conditions
+from robostiff.analytic.rank import fixed_point_formula as fixed_point_formula
+from robostiff.analytic.rank import free_motion_formulas as free_motion_formulas
+from robostiff.analytic.rank import rank_formula as rank_formula
 from robostiff.analytic.reading.combinations import NamedCombinations as NamedCombinations
 from robostiff.analytic.reading.combinations import name_combinations as name_combinations
 from robostiff.analytic.robot_formula import derive_robot as derive_robot

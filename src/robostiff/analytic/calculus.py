@@ -17,11 +17,12 @@ from robostiff.analytic.exact.definition import (
     Unwritten,
     WrittenField,
     in_given_symbols,
+    matrix_of,
     used_definitions,
 )
 from robostiff.analytic.exact.factors import echelon
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.questions.rank import closed_matrix
+from robostiff.analytic.rank import closed_matrix
 from robostiff.analytic.substitution import Substitution, at_values
 from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
@@ -160,7 +161,7 @@ def derivative_formula(K: Any, symbol: sp.Symbol) -> sp.ImmutableMatrix:
     >>> derivative_formula(sp.Matrix([[sp.sqrt(R**2 + h**2), sp.cos(phi)]]), h)
     Matrix([[h/sqrt(R**2 + h**2), 0]])
     """
-    return canonical(_rates(sp.Matrix(K), {symbol: sp.Integer(1)}))
+    return canonical(matrix_of(sp.Matrix(K), lambda x: _rate(x, {symbol: sp.Integer(1)})))
 
 
 def derivative_name(name: str, symbol: sp.Symbol) -> str:
@@ -182,17 +183,8 @@ def _by_steps(derivation: Formula, symbol: sp.Symbol) -> FormulaDerivative:
         if change != 0:
             name = derivative_name(definition.symbol.name, symbol)
             rates[definition.symbol] = steps.named(name, change)
-    dK = _rates(derivation.matrices[0], rates)
+    dK = matrix_of(derivation.matrices[0], lambda x: _rate(x, rates))
     return FormulaDerivative.of(derivation, symbol, dK, tuple(steps.definitions))
-
-
-def _rates(K: Any, rates: dict[Any, Any]) -> sp.ImmutableMatrix:
-    """Rates of the entries of a matrix; those that differ by a sign are one."""
-    found: dict[Any, Any] = {}
-    for entry in K:
-        if entry not in found:
-            found[entry] = -found[-entry] if -entry in found else _rate(entry, rates)
-    return sp.ImmutableMatrix(K.rows, K.cols, [found[entry] for entry in K])
 
 
 def _rate(expression: Any, rates: dict[Any, Any]) -> Any:

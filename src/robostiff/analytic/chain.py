@@ -16,7 +16,8 @@ from robostiff.analytic.exact.closed import eliminate_exactly
 from robostiff.analytic.exact.definition import NamedSteps, Unwritten
 from robostiff.analytic.exact.factors import ExactMatrix
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.placement.agreement import AGREED, check_value, length_of, random_values
+from robostiff.analytic.placement.agreement import AGREED, check_value, random_values
+from robostiff.elastostatics import matrix_length
 from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen
 from robostiff.spatial import Space
@@ -276,7 +277,8 @@ def check_chain(derivation: Derivation, entries: Sequence[Any], columns: Mapping
         # A part of K0 is added on both sides: where K vanishes, rounding is not compared.
         whole, expected = derivation.K + K0 * sp.Rational(1, 1000), expected + _FLOOR * K
         where = f"chain {derivation.name!r}"
-        check_value(whole, derivation.definitions, values, expected, AGREED, where, length_of(K))
+        length = 1.0 / float(matrix_length(K, np.zeros((n, 0))))
+        check_value(whole, derivation.definitions, values, expected, AGREED, where, length)
         return
 
 

@@ -27,13 +27,12 @@ from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import StepReading
 from robostiff.analytic.reading.rewriting import shortest_trigonometry
 from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, sum_of
-from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm, transport
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
-from robostiff.recorded import LegRecorder
 from robostiff.recorded.elimination import LocalLeg, LocalSpring, WorkingFrame, energy_of, local_leg
 from robostiff.recorded.leg import at_samples
 from robostiff.spatial import Space
@@ -60,7 +59,7 @@ class LegGeometry:
         rows, count = space.rows, record.count
         scale = np.array([1.0 if row < 3 else length for row in rows])
         best: tuple[Any, WorkingFrame, LocalLeg] | None = None
-        frames = LegRecorder(record, placed.reference, space, length).frames(leg)
+        frames = WrenchSearch.of(placed).frames(leg)
         for number, frame in enumerate(frames):
             local = local_leg(leg, frame, record, length)
             # J_q and C at the samples; rotations at the characteristic length.
@@ -110,8 +109,7 @@ class LegGeometry:
     @property
     def elastic_directions(self) -> int:
         """In how many directions it yields with its passive joints held."""
-        sample = SampledLeg.of(self.own, WrenchSearch.of(self.placed))
-        return self.placed.entries.space.size if sample is None else sample.elastic_directions
+        return WrenchSearch.of(self.placed).sampled(self.own).elastic_directions
 
     def compliance(self, read: Any, most: int | None = None) -> list[list[Any]]:
         """C in names: for each entry what each spring and drive contributes, nothing combined.

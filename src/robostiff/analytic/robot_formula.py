@@ -35,8 +35,10 @@ from robostiff.analytic.exact.element import OutsideFieldError
 from robostiff.analytic.legs import elastic_parts, passive_freedoms
 from robostiff.analytic.placement.agreement import (
     AGREED,
+    Image,
     check_that_postures_differ,
     check_value,
+    images_of_legs,
     numbers_of,
     random_values,
 )
@@ -50,11 +52,10 @@ from robostiff.analytic.placement.robot_pose import (
     PoseFormula,
     is_short_in_angles,
 )
-from robostiff.analytic.placement.turned_legs import Image, images_of_legs
 from robostiff.analytic.reading.record_reading import ClosedReading, StepReading, written_size
 from robostiff.analytic.series_form import is_arm, series_form
 from robostiff.analytic.springs.sum_of_springs import sum_of_springs
-from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError, Words
@@ -206,8 +207,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     # Neither sees steps of the other, of the same values, only longer.
     with placed.record.tentative():
         search = WrenchSearch.of(placed)
-        each = ((i, SampledLeg.of(leg, search)) for i, leg in legs.items() if in_series)
-        sampled = {i: x for i, x in each if x is not None}
+        sampled = {i: search.sampled(leg) for i, leg in legs.items() if in_series}
         found = sum_of_springs(placed, turned)
     if found is None:
         return None

@@ -20,7 +20,7 @@ from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.reading.rewriting import shortest_trigonometry
-from robostiff.analytic.springs.unit_wrenches import SampledLeg, WrenchSearch
+from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.substitution import Substitution, at_values
 from robostiff.analytic.vectors.forms import InSeries, LegTable, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
@@ -147,10 +147,10 @@ def _legs(placed: PlacedRobot) -> VectorForm | None:
 def _kind_of_leg(placed: PlacedRobot, numbers: list[int], read: NamedReading) -> VectorForm | None:
     """Legs of the same chain, by their numbers."""
     chain, leg = placed.robot.legs[numbers[0]].chain, placed.legs[numbers[0]].leg
-    is_plain = not (chain.couplings or chain.has_blocks)
-    sample = SampledLeg.of(leg, WrenchSearch.of(placed)) if is_plain else None
-    if sample is None or any(s.elasticity.freedoms.shape[1] for s in leg.springs):
+    has_freedoms = any(s.elasticity.freedoms.shape[1] for s in leg.springs)
+    if chain.couplings or chain.has_blocks or has_freedoms:
         return None
+    sample = WrenchSearch.of(placed).sampled(leg)
     if sample.elastic_directions < sample.C.shape[1]:
         return None
     found = (_by_angles if placed.follows.at_joints else _by_axes)(placed, numbers, read)

@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from robostiff.cli.options import Loads, Model, Posing, named_once, named_values
-from robostiff.errors import InputError, Words
+from robostiff.errors import InputError, Location, Words
 from robostiff.io.suggest import did_you_mean
-from robostiff.io.units import Dimension, parse_quantities, to_si
+from robostiff.io.units import Dimension, parse_quantities, question, to_si
 from robostiff.kinematics import ActuatorCoordinates, JointCoordinates, ToolPose, actuator_names
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.model import Actuated, Coordinate, Mass
@@ -201,7 +201,9 @@ def _dimensions(robot: Any) -> dict[str, Dimension]:
 
 def three_lengths(text: str, option: str) -> list[float]:
     """A place (3,) [m]."""
-    return _row(option, text, dict.fromkeys("xyz", Dimension.LENGTH))
+    point = _row(option, text, dict.fromkeys("xyz", Dimension.LENGTH))
+    question(max(point, key=abs), Dimension.LENGTH, lambda _: Location(option))
+    return point
 
 
 def force(text: str, option: str) -> list[float]:
@@ -229,8 +231,11 @@ def _row(option: str, text: str, numbers: Mapping[str, Dimension]) -> list[float
 
 def length(text: str | None, option: str = "--length") -> float | None:
     """A length; None without one."""
-    name = option.removeprefix("--")
-    return None if text is None else _row(option, text, {name: Dimension.LENGTH})[0]
+    if text is None:
+        return None
+    (value,) = _row(option, text, {option.removeprefix("--"): Dimension.LENGTH})
+    question(value, Dimension.LENGTH, lambda _: Location(option))
+    return value
 
 
 def where(robot: Any, place: Posing) -> dict[str, Any]:
@@ -287,7 +292,7 @@ def loading(robot: Any, place: Posing, written: Loads) -> dict[str, Any]:
         fits = () if pattern in turns else [name for name in turns if fnmatchcase(name, pattern)]
         for name in fits or [pattern]:  # a name that is none is refused where the joints are
             dimension = Dimension.MOMENT if turns.get(name, False) else Dimension.FORCE
-            options["preload"][name] = to_si(text, dimension, subject="--preload")
+            options["preload"][name] = to_si(text, dimension, subject=f"--preload of {name!r}")
     return options
 
 

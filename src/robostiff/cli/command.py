@@ -72,8 +72,15 @@ class _Parsed(click.Command):
     """A command whose help explains what is given without a name, too."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """What is written; of an unknown option, its nearest name."""
+        """What is written, each option once; of an unknown option, its nearest name."""
         try:
+            order = self.make_parser(ctx).parse_args(list(args))[2]
+            for option in order:
+                is_one = isinstance(option, click.Option) and not (
+                    option.multiple or option.is_flag
+                )
+                if is_one and order.count(option) > 1:
+                    raise click.UsageError(f"{option.opts[-1]} more than once: write it once", ctx)
             return super().parse_args(ctx, args)
         except click.NoSuchOption as error:
             first = list(error.possibilities or ())[:1]

@@ -305,7 +305,8 @@ def print_formula(command: Any) -> int:
             raise
         raise InputError(error.subject, got=error.got, expected=error.expected, hint=hint) from None
     except KeyboardInterrupt:
-        click.echo("robostiff: interrupted; named steps, --steps, are quick", err=True)
+        hint = "" if command.steps else "; named steps, --steps, are quick"
+        click.echo(f"robostiff: interrupted{hint}", err=True)
         return INTERRUPTED
     if output is None:
         click.echo(written, nl=False)

@@ -66,7 +66,7 @@ def poses_of(robot: Mapped, command: Any) -> PoseSource:
         if name in rows:
             raise InputError(option, got=text, expected=f"one range for {name}")
         dimensions = [dimension, dimension, Dimension.NUMBER][: len(words)]
-        rows[name] = parse_quantities(text, dimensions, words, option)
+        rows[name] = parse_quantities(text, dimensions, words, option, are_ends=True)
 
     for text in command.joints:
         if not joints:

@@ -195,6 +195,8 @@ class WriteNew(Command, name="new"):
 
         name = self.new_name
         path = Path(name if Path(name).suffix.lower() in _YAML else f"{name}.yaml")
+        if not path.name.removesuffix(".yaml").strip(". "):
+            raise InputError("NAME", got=name, expected="a name, such as my-machine")
         shipped = (*shipped_robots(), *shipped_cable_robots())
         if self.template in templates():
             text = (_TEMPLATES / f"{self.template}.yaml").read_text(encoding="utf-8")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Mapping, Sequence
 from contextvars import ContextVar
@@ -64,18 +65,20 @@ def show(answer: str | Mapping[str, Any]) -> None:
 def new_file(option: str, path: str | Path, overwrite: bool = False) -> Path:
     """A file to be written: one that is not there yet, unless it may be replaced.
 
-    Raises InputError when it is there, is a folder, lies in no folder, or is a file that the
-    command reads; before anything is computed.
+    Raises InputError when it is there, is a folder, lies in no folder or one that cannot be
+    written, or is a file that the command reads; before anything is computed.
     """
     wanted = Path(path)
     try:
         is_there, is_file = wanted.exists() or wanted.is_symlink(), wanted.is_file()
-        in_folder = wanted.absolute().parent.is_dir()
+        in_folder = (folder := wanted.absolute().parent).is_dir()
     except (OSError, ValueError) as error:  # a name too long, or with a zero in it
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(option, got=str(path), expected=f"the name of a file ({reason})") from None
     if not in_folder:
         raise InputError(option, got=str(path), expected="a file in an existing folder")
+    if not os.access(folder, os.W_OK):
+        raise InputError(option, got=str(path), expected="a file in a folder that can be written")
     if is_there and not (is_file and overwrite):
         hint = "take another name, or write --overwrite to replace it"
         if not is_file:

@@ -174,8 +174,8 @@ def compensate(
     Raises
     ------
     InputError
-        When the robot has laws of force, the wrenches do not fit, or `near` is given for a robot
-        that is posed by its platform, which keeps the posture of home.
+        When the robot has no drives, or laws of force, the wrenches do not fit, or `near` is given
+        for a robot that is posed by its platform, which keeps the posture of home.
     NoAnswerError
         When the platform has free motions at every pose, or a leg is rigid in some direction.
 
@@ -194,6 +194,9 @@ def compensate(
     if not isinstance(robot, Robot):
         subject, hint = "robot to compensate", 'write compensate(load("hexapod"), path, wrenches)'
         raise InputError(subject, got=type(robot).__name__, expected="a Robot", hint=hint)
+    if not actuator_names(robot):
+        subject, got = f"robot to compensate, {robot.name!r}", Words("a robot without drives")
+        raise InputError(subject, got=got, expected="drives, which take the commands")
     if near is not None and not robot.is_posed_by_joints:
         subject, expected = f"near of {robot.name!r}", "none: commands keep the posture of home"
         raise InputError(subject, got=near, expected=expected)

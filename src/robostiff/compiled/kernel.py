@@ -110,12 +110,11 @@ class Kernel:
         InputError
             When an array has another shape, order or type.
         """
-        expected = f"an array ({len(self.inputs)}, N)"
-        if not isinstance(inputs, np.ndarray):
-            got = type(inputs).__name__
+        is_array = isinstance(inputs, np.ndarray)
+        if not is_array or inputs.ndim != 2 or len(inputs) != len(self.inputs):
+            got = inputs.shape if is_array else type(inputs).__name__
+            expected = f"an array ({len(self.inputs)}, N)"
             raise InputError("coordinates of the kernel", got=got, expected=expected)
-        if inputs.ndim != 2 or len(inputs) != len(self.inputs):
-            raise InputError("coordinates of the kernel", got=inputs.shape, expected=expected)
         if inputs.dtype != np.float64 or (inputs.size and inputs.strides[1] != inputs.itemsize):
             inputs = np.ascontiguousarray(inputs, dtype=np.float64)
         count = inputs.shape[1]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -95,10 +96,10 @@ def text_of(program: Program, width: int, length: int | None) -> str:
     together = _PARTS_A_FUNCTION if program.operations > LONG else len(parts)
     for k, part in enumerate(parts):
         lines = _Lines(width, k)
-        # Stores of the last parts would wait for memory that is not in the cache by then.
-        for row in range(k, len(program.outputs), others) if k < others else ():
-            lines.fetch(lines.row("output", row))
-        body = "\n  ".join(_lines(program, part, places, lines))
+        # Stores, which are the last, would wait for memory that is not in the cache by then.
+        is_first = part and (k < others or not others)
+        soon = range(k, len(program.outputs), others or 1) if is_first else range(0)
+        body = "\n  ".join(_lines(program, part, soon, places, lines))
         before = f"part{k - 1}" if k % together else "poses"
         # Frozen, so that LLVM does not try to count up one address by the other, which takes as
         # long as all that it does beside.
@@ -183,9 +184,7 @@ def _parts(program: Program, length: int) -> list[list[int]]:
         if operation is Operation.RECIPROCAL and a in roots:
             partner[a] = i
     second = set(partner.values())
-    order = [
-        j for i in order if i not in second for j in ((i, partner[i]) if i in partner else (i,))
-    ]
+    order = [j for i in order if i not in second for j in (i, partner.get(i, -1)) if j >= 0]
     last = {j: at for at, i in enumerate(order) for j in _sources(program, i)}
     crossing = np.zeros(len(order) + 1, dtype=int)  # values, from before a place to those behind it
     for at, i in enumerate(order):
@@ -203,11 +202,19 @@ def _sources(program: Program, i: int) -> list[int]:
     return [j for j in ((a,) if a == b else (a, b)) if j >= 0 and places[j] >= 0]
 
 
-def _lines(program: Program, part: list[int], places: dict[int, int], lines: _Lines) -> list[str]:
-    """A part, which finds at their places in the room what others hand on."""
-    steps, known, results = program.steps, dict[int, str](), dict[int, list[int]]()
+def _lines(
+    program: Program, part: list[int], soon: range, places: dict[int, int], lines: _Lines
+) -> list[str]:
+    """A part, which finds at their places in the room what others hand on.
+
+    In its first two thirds it begins to bring rows into the cache that are written soon.
+    """
+    steps, known = program.steps, dict[int, str]()
+    results, fetched = defaultdict[int, list[int]](list), defaultdict[int, list[int]](list)
     for row, i in enumerate(program.outputs):
-        results.setdefault(i, []).append(row)
+        results[i].append(row)
+    for k, row in enumerate(soon):
+        fetched[part[2 * k * len(part) // (3 * len(soon))]].append(row)
 
     def value(j: int) -> str:
         if j in known:
@@ -221,11 +228,13 @@ def _lines(program: Program, part: list[int], places: dict[int, int], lines: _Li
         return known[j]
 
     for i in part:
+        for row in fetched[i]:
+            lines.fetch(row)
         arguments = [value(j) for j in (steps.a[i], steps.b[i]) if j >= 0]
         known[i] = lines.result(steps.operations[i], arguments)
         if i in places:
             lines.store(known[i], lines.place(places[i]), 8 * lines.width)
-        for row in results.get(i, ()):
+        for row in results[i]:
             lines.store(known[i], lines.row("output", row), 8)
     if lines.part == 0:
         for i, rows in results.items():
@@ -273,8 +282,9 @@ class _Lines:
     def store(self, value: str, address: str, aligned: int) -> None:
         self.lines.append(f"store {self.vector} {value}, ptr {address}, align {aligned}")
 
-    def fetch(self, address: str) -> None:
-        """Begin to bring memory into the cache that is written to soon."""
+    def fetch(self, k: int) -> None:
+        """Begin to bring a row of the outputs into the cache."""
+        address = self.row("output", k)
         self.lines.append(f"call void @llvm.prefetch.p0(ptr {address}, i32 1, i32 3, i32 1)")
 
     def result(self, operation: Operation, arguments: list[str]) -> str:
@@ -312,26 +322,25 @@ class _Lines:
         return self.new(f"fneg {self.vector} {a}")
 
     def root(self, x: str) -> str:
-        """Root and reciprocal by Newton's method from an estimate, where the processor has one.
+        """Root and reciprocal by a series from an estimate, where the processor has one.
 
-        An estimate of 14 bits, and what it gives for the root, have 28 bits after one step together
-        and all of them after one step each.
+        With the estimate y of 14 bits and ``e = 1 - x y^2``, which is below 2^-12, they are ``x y``
+        and y times ``1 + e/2 + 3/8 e^2 + 5/16 e^3``: what follows is below rounding.
         """
         if self.width != _WIDTH_OF_ESTIMATES:
             return self._call("sqrt", x)
         rest = f"{self.vector} zeroinitializer, i8 -1"
         function = f"@llvm.x86.avx512.rsqrt14.pd.512({self.vector} {x}, {rest})"
-        estimate, one_half = self.new(f"call {self.vector} {function}"), self.number(0.5)
-        root, half = self.times(x, estimate), self.times(one_half, estimate)
-        rest = self._times_plus(self.negative(root), half, one_half)
-        root, half = self._times_plus(root, rest, root), self._times_plus(half, rest, half)
-        rest = self._times_plus(self.negative(root), half, one_half)
-        twice = self.plus(half, half)
-        inverse = self._times_plus(twice, rest, twice)
-        root = self._times_plus(self._times_plus(self.negative(root), root, x), half, root)
+        inverse = self.new(f"call {self.vector} {function}")
+        root = self.times(x, inverse)
+        rest = self._times_plus(self.negative(root), inverse, self.number(1.0))
+        series = self._polynomial((5 / 16, 3 / 8, 1 / 2), rest)
         is_other = self.compare("une", x, self.number(0.0))
-        root = self.select(is_other, root, x)
-        self.inverses[root] = self.select(is_other, inverse, estimate)
+        root, inverse = (
+            self.select(is_other, self._times_plus(self.times(near, rest), series, near), at_zero)
+            for near, at_zero in ((root, x), (inverse, inverse))
+        )
+        self.inverses[root] = inverse
         return root
 
     def least(self, a: str, b: str) -> str:
@@ -391,8 +400,7 @@ class _Lines:
         known = self.compare("olt", self._call("fabs", x), self.number(_LARGEST_ANGLE))
         rest = self.select(known, rest, self.number(math.nan))
         square = self.times(rest, rest)
-        cube = self.times(rest, square)
-        sine = self._times_plus(cube, self._polynomial(_SINE, square), rest)
+        sine = self._times_plus(self.times(rest, square), self._polynomial(_SINE, square), rest)
         half = self._times_plus(square, self.number(-0.5), self.number(1.0))
         fourth = self.times(square, square)
         cosine = self._times_plus(fourth, self._polynomial(_COSINE, square), half)
@@ -420,13 +428,12 @@ class _Lines:
 
     def arc_tangent(self, y: str, x: str) -> str:
         """Angle of (x, y), as ``atan2``."""
-        zero = self.number(0.0)
         across, along = self._call("fabs", y), self._call("fabs", x)
         is_steep = self.compare("ogt", across, along)
         longer, shorter = (
             self.select(is_steep, *pair) for pair in ((across, along), (along, across))
         )
-        is_origin = self.compare("oeq", longer, zero)
+        is_origin = self.compare("oeq", longer, self.number(0.0))
         slope = self.over(shorter, self.select(is_origin, self.number(1.0), longer))
         is_wide = self.compare("ogt", slope, self.number(0.66))
         one = self.number(1.0)

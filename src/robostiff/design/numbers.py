@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_stiffness import CompiledStiffness, compile_stiffness
 from robostiff.compiled import ComplianceMatrix, EntryOf, Gradient, Output, WorstDeflection
-from robostiff.errors import InputError
+from robostiff.elastostatics import Status
+from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen
 from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, find_posture
@@ -100,6 +101,13 @@ class NumbersOfDesigns:
         return np.array(numbers), np.array(rates), codes
 
 
+def require_answers(subject: str, at: str, numbers: np.ndarray, codes: np.ndarray) -> None:
+    """Raise NoAnswerError at the first pose whose numbers (outputs, N) are not all finite."""
+    for pose in np.flatnonzero(~np.isfinite(numbers).all(axis=0))[:1]:
+        advice = Status(int(codes[pose])).advice or ("an output is no number there",)
+        raise NoAnswerError(f"no {subject}: pose {pose + 1} has no answer at {at}: {advice[0]}")
+
+
 def _smooth(output: Output, d: int) -> list[Output]:
     """What has rates at all poses, and gives the output: of an eigenvalue the entries."""
     if not isinstance(output, WorstDeflection):
@@ -126,15 +134,17 @@ def _largest_eigenvalue(
 
 
 def kernel_poses(robot: Robot, poses: Poses) -> Any:
-    """Poses as kernels take them, one a row."""
+    """Poses as kernels take them, one a row; InputError where there are none."""
     if poses is None:
         home = find_posture(robot.numeric)
         if robot.is_posed_by_joints:
             return JointCoordinates(home.coordinates[0].reshape(1, -1))
         return home.pose.reshape(-1, 6)[:, robot.coordinate_places]
-    if isinstance(poses, JointCoordinates):
-        return JointCoordinates(np.atleast_2d(as_floats("poses", poses.values, _POSES)))
-    return np.atleast_2d(as_floats("poses", poses, _POSES))
+    by_joints = isinstance(poses, JointCoordinates)
+    rows = np.atleast_2d(as_floats("poses", poses.values if by_joints else poses, _POSES))
+    if not len(rows):
+        raise InputError("poses", got=Words("none"), expected=_POSES, hint="None is home")
+    return JointCoordinates(rows) if by_joints else rows
 
 
 def value_and_gradient(

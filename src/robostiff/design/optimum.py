@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.compiled import Output, TotalMass
-from robostiff.design.numbers import NumbersOfDesigns, Poses
-from robostiff.elastostatics import Status
+from robostiff.design.numbers import NumbersOfDesigns, Poses, require_answers
 from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen
 from robostiff.io.edited_file import write_parameters
@@ -53,14 +52,16 @@ class Within:
             raise InputError(
                 f"limits of {self.output.name}", got=Words("none"), expected="most=, least= or both"
             )
-        for _, value, _ in self.bounds:
+        for _, value, _ in self.bounds(1.0):
             as_float(f"limit of {self.output.name}", value, "a number [SI]")
 
-    @property
-    def bounds(self) -> list[tuple[str, float, float]]:
-        """Those that are given: word, bound, and what makes the room below it positive, and 1."""
+    def bounds(self, size: float) -> list[tuple[str, float, float]]:
+        """Those that are given: word, bound, and what makes the room below it positive, and 1.
+
+        A bound of zero is compared with the size of the numbers.
+        """
         each = ("most", self.most, -1.0), ("least", self.least, 1.0)
-        return [(word, x, sign / (abs(x) or 1.0)) for word, x, sign in each if x is not None]
+        return [(word, x, sign / (abs(x) or size)) for word, x, sign in each if x is not None]
 
 
 def mass_below(most: float) -> Within:
@@ -80,7 +81,7 @@ class Mean:
 
 @frozen
 class PNorm:
-    """``(mean x^p)^(1/p)`` of the numbers at all poses: between their mean and the largest."""
+    """``(mean |x|^p)^(1/p)`` of the numbers at all poses: between mean and largest size."""
 
     p: float = 8.0
 
@@ -250,7 +251,8 @@ def optimise(
     x = np.array([begun.get(name, robot.nominal.get(name, np.nan)) for name in names])
     x = np.clip(np.where(np.isfinite(x), x, 0.5 * (low + high)), low, high)
     first = _at_start(robot, numbers, x, begun, (low, high))
-    size = float(np.max(np.abs(first[0]))) or 1.0
+    sizes = [float(np.max(np.abs(numbers))) or 1.0 for numbers in first]
+    size = sizes[0]
     n = len(names)
 
     def at(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -278,7 +280,7 @@ def optimise(
             parts.append((z[n] - values[0] / size, above))
         for limit in limits:
             row = outputs.index(limit.output)
-            for _, bound, scale in limit.bounds:
+            for _, bound, scale in limit.bounds(sizes[row]):
                 rate = np.pad(scale * rates[row], ((0, 0), (0, int(is_worst))))
                 parts.append((scale * (values[row] - bound), rate))
         room, rate = (np.concatenate(each) for each in zip(*parts, strict=True))
@@ -298,8 +300,9 @@ def optimise(
     held = [
         f"{limit.output.name} at {word} {number(bound)}"
         for limit in constraints
-        for word, bound, scale in limit.bounds
-        if abs(np.min(scale * (values[outputs.index(limit.output)] - bound))) <= _REACHED
+        for row in [outputs.index(limit.output)]
+        for word, bound, scale in limit.bounds(sizes[row])
+        if abs(np.min(scale * (values[row] - bound))) <= _REACHED
     ]
     return Optimum(
         values=best,
@@ -366,10 +369,7 @@ def _at_start(
                     "answer at the start",
                     hint="ranges are in m, rad, N/m and N m/rad; start={...} begins elsewhere",
                 )
-        advice = Status(int(codes[pose])).advice or ("an output is no number there",)
-        raise NoAnswerError(
-            f"no optimum of {robot.name!r}: pose {pose + 1} has no answer at the start: {advice[0]}"
-        )
+    require_answers(f"optimum of {robot.name!r}", "the start", values, codes)
     for pose in np.flatnonzero(~np.isfinite(rates).all(axis=(0, 2)))[:1]:
         raise NoAnswerError(
             f"no optimum of {robot.name!r}: eigenvalues meet at pose {pose + 1}, where the "
@@ -399,6 +399,8 @@ def _combination(combine: Worst | Mean | PNorm, values: np.ndarray) -> tuple[flo
         return float(np.max(values)), np.eye(len(values))[np.argmax(values)]
     if isinstance(combine, Mean):
         return float(np.mean(values)), np.full(len(values), 1 / len(values))
-    powers = values**combine.p
-    value = float(np.mean(powers) ** (1 / combine.p))
-    return value, value * powers / values / np.mean(powers) / len(values)
+    largest = float(np.max(np.abs(values))) or 1.0  # powers of small numbers would be none
+    sizes = np.abs(values) / largest
+    mean = float(np.mean(sizes**combine.p))
+    rates = np.copysign(sizes ** (combine.p - 1), values) / len(values)
+    return largest * mean ** (1 / combine.p), rates * (mean or 1.0) ** (1 / combine.p - 1)

@@ -16,6 +16,7 @@ from robostiff.design.numbers import (
     kept_kernel,
     kernel_poses,
     parameters_like,
+    require_answers,
 )
 from robostiff.errors import InputError, NoAnswerError, Words
 from robostiff.frozen import frozen
@@ -174,12 +175,16 @@ class Tolerances(InNotebooks):
 
         Its square is near to the share of a parameter wherever the output follows it in one
         direction, to first order or not.
+
+        Raises NoAnswerError when no parameter changes the output.
         """
         from scipy.stats import rankdata
 
         values = self._at(name, pose)[: len(self.drawn)]
         known = np.isfinite(values)
         ranks = rankdata(np.column_stack([self.drawn[known], values[known]]), axis=0)
+        if not np.ptp(ranks[:, -1]):
+            raise _same(name)
         each = np.corrcoef(ranks, rowvar=False)[-1, :-1]
         return dict(zip(self.deviations, each.tolist(), strict=True))
 
@@ -206,9 +211,13 @@ class Tolerances(InNotebooks):
         """Share of each parameter in the variance of an output, to first order, largest first.
 
         Of parameters whose errors go together with its covariance: some may be below zero.
+
+        Raises NoAnswerError when no parameter changes the output to first order.
         """
         self._at(name, pose)  # raises where there is no such output or pose
         parts = self._parts(name)[pose]
+        if not np.sum(parts):
+            raise _same(name)
         each = zip(self.deviations, (parts / np.sum(parts)).tolist(), strict=True)
         return dict(sorted(each, key=lambda pair: -pair[1]))
 
@@ -223,6 +232,11 @@ class Tolerances(InNotebooks):
         ]
         lost = f"; {percent(1 - self.answered)} without an answer" if self.answered < 1 else ""
         return f"<Tolerances of {count} robots: {'; '.join(parts)}{lost}>"
+
+
+def _same(name: str) -> NoAnswerError:
+    """There are no shares of an output that is the same for all robots."""
+    return NoAnswerError(f"no shares of {name!r}: none of these parameters changes it")
 
 
 def tolerances(
@@ -261,6 +275,8 @@ def tolerances(
     ------
     InputError
         When a name is no parameter, or a spread is none.
+    NoAnswerError
+        When a pose has no answer at nominal values.
 
     Examples
     --------
@@ -346,7 +362,7 @@ class _DrawnRobots:
         """Compile the outputs.
 
         Raises InputError for a name that is no parameter, no spread, or an output of several
-        numbers.
+        numbers; NoAnswerError where the robot has no answer at nominal values.
         """
         of: dict[str, Uniform | Normal] = {}
         if not spreads or not (isinstance(spreads, Mapping) or hasattr(spreads, "estimate")):
@@ -368,7 +384,7 @@ class _DrawnRobots:
         for output in outputs:
             Gradient(output, names).shape(robot.space)  # raises where it has several
         positive = {symbol.name for symbol in robot.symbols if symbol.is_positive}
-        return _DrawnRobots(
+        drawn = _DrawnRobots(
             robot,
             kept_kernel(robot, tuple(outputs), names),
             names,
@@ -379,6 +395,11 @@ class _DrawnRobots:
             kernel_poses(robot, poses),
             threads,
         )
+        nominal = drawn.compiled.evaluate(drawn.poses, parameters=values)
+        numbers = np.array([nominal.values[output.name] for output in outputs])
+        subject = f"tolerances of {robot.name!r}"
+        require_answers(subject, "nominal values", numbers, nominal.status_codes)
+        return drawn
 
     def values(self, u: np.ndarray) -> np.ndarray:
         """Parameters (n, m) of m robots, by quantiles u (n, m) between 0 and 1, ends excluded."""
@@ -450,7 +471,7 @@ def sobol_indices(
     InputError
         When a name is no parameter, a spread is none, or there are several poses.
     NoAnswerError
-        When some of the robots have no answer.
+        When some of the robots have no answer, or no parameter changes the number.
 
     Examples
     --------
@@ -485,6 +506,8 @@ def sobol_indices(
         numbers(rng.random((1, samples)))
         return {drawn.names[0]: (1.0, 1.0)}
     found = indices_of(func=numbers, n=samples, dists=cubes, rng=rng)
+    if not np.isfinite(found.total_order).all():
+        raise _same(output.name)
     pairs = zip(np.ravel(found.first_order), np.ravel(found.total_order), strict=True)
     each = {name: (float(S), float(T)) for name, (S, T) in zip(drawn.names, pairs, strict=True)}
     return dict(sorted(each.items(), key=lambda item: -item[1][1]))

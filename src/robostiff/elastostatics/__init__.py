@@ -39,5 +39,6 @@ from robostiff.elastostatics.status import Status as Status
 from robostiff.elastostatics.tolerance import DEFAULT_TOLERANCE as DEFAULT_TOLERANCE
 from robostiff.elastostatics.tolerance import RankDecision as RankDecision
 from robostiff.elastostatics.tolerance import Tolerance as Tolerance
+from robostiff.elastostatics.tolerance import matrix_distance as matrix_distance
 from robostiff.elastostatics.tolerance import matrix_length as matrix_length
 from robostiff.elastostatics.tolerance import scaling as scaling

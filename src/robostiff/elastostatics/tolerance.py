@@ -1,4 +1,4 @@
-"""What is decided of matrices: ranks, how near they are to losing one, and whether planes are kept.
+"""What is decided of matrices: ranks, how near they are to losing one, planes, and distances.
 
 Matrices are scaled by a characteristic length.
 """
@@ -93,7 +93,46 @@ def matrix_length(
     arm = np.max(levers / np.where(turns > 0, turns, 1), axis=-1, initial=0.0)
     arm = np.where(arm > 0, arm, 1.0)
     usable = (C_tt > 0) & (C_rr > 0)
-    return np.where(usable, np.sqrt(C_tt / np.where(usable, C_rr, 1)), arm)
+    squared = np.where(usable, C_tt, 1) / np.where(usable, C_rr, 1)
+    return np.where(usable, np.sqrt(squared), arm)
+
+
+# Below this part of what the other block suggests a block is without stiffness.
+_EMPTY = 1e-20
+# Below this part it is the square of a lever arm of 1e-6, of which coordinates that are rounded a
+# few times (1e-15) have fewer than nine digits.
+_LEAST = 1e-12
+
+
+def matrix_distance(
+    K: np.ndarray, K_ref: np.ndarray, length: float, least: float = _LEAST
+) -> float:
+    """Largest entry of K - K_ref in units of its block, ``max |dK_ij| / s_ij``.
+
+    For stiffness, or for compliance with 1 / `length`. s is the largest entry of the translation
+    block, of the rotation block, and for the coupling blocks the root of their product; where a
+    block of K_ref is empty, the other block, times or over the square of the robot's size [m]. A
+    block that is smaller than `least` of what the other suggests is measured in that part. 0
+    between two zero matrices.
+
+    Examples
+    --------
+    >>> stiff = np.diag([1.0, 1, 1, 4, 4, 4])
+    >>> round(matrix_distance(np.diag([1.0, 1, 1, 4, 4, 4.4]), stiff, length=1.0), 12)
+    0.1
+    """
+    t = Space.of_size(len(K_ref)).translations
+    translation, rotation = np.abs(K_ref[:t, :t]).max(), np.abs(K_ref[t:, t:]).max()
+    if max(translation, rotation) == 0:
+        return 0.0 if not np.any(K) else float("inf")
+    if rotation <= _EMPTY * translation * length**2:
+        rotation = translation * length**2
+    if translation <= _EMPTY * rotation / length**2:
+        translation = rotation / length**2
+    rotation = max(rotation, least * translation * length**2)
+    translation = max(translation, least * rotation / length**2)
+    size = np.sqrt(np.where(np.arange(len(K_ref)) < t, translation, rotation))
+    return float((np.abs(K - K_ref) / np.outer(size, size)).max())
 
 
 def scaling(length: Float[np.ndarray, "*batch"], space: Space) -> Float[np.ndarray, "*batch n"]:

@@ -87,10 +87,10 @@ def _fit(
     loss: Squares | Robust,
 ) -> tuple[ReadingModel, Fit]:
     """The fit from unknowns `start` (n,) on, within bounds (n,), and the model with its states."""
-    known, sigma = _where_known(model, start), model.sigma[:, None]
-    report = identifiability((model.prediction(start)[1] / sigma)[known], model.unknowns)
+    known = _where_known(model, start)
+    report = _told(model, start, known)
     x, converged = _search(model, start, report.fixed, bounds, loss, known)
-    again = identifiability((model.prediction(x)[1] / sigma)[known], model.unknowns)
+    again = _told(model, x, known & _where_known(model, x))
     if set(again.fixed) != set(report.fixed):  # the start was in a special place, or the end is
         report = again
         x, converged = _search(model, x, report.fixed, bounds, loss, known)
@@ -102,6 +102,13 @@ def _fit(
         x, converged = _search(at_end, x, report.fixed, bounds, loss, known)
         converged = converged and bool(np.count_nonzero(known) >= _KEPT * before)
     return at_end, Fit(x, start, bounds, loss, report, converged, known)
+
+
+def _told(model: ReadingModel, x: np.ndarray, known: np.ndarray) -> Identifiability:
+    """What those numbers of readings that are known (M,) tell of the unknowns, at x (n,)."""
+    y, J = model.prediction(x)
+    rows, size = J[known] / model.sigma[known, None], np.linalg.norm((y / model.sigma)[known])
+    return identifiability(rows, model.unknowns, float(size))
 
 
 def _where_known(model: ReadingModel, x: np.ndarray) -> np.ndarray:

@@ -110,7 +110,7 @@ def with_unknowns(
     constants = {name: robot.nominal[name] for name in symbols if name not in chosen}
     if constants:
         robot = robot.substituted(constants)
-    unknowns, changes, nominal = [], {}, dict(robot.nominal)
+    unknowns, changes = [], {}
     for group, names in groups.items():
         if names[0] in symbols:
             for name in names:
@@ -133,8 +133,7 @@ def with_unknowns(
     legs = tuple(
         replace(leg, chain=_with_symbols(leg.chain, f"{leg.name}/", changes)) for leg in robot.legs
     )
-    nominal |= {unknown.name: unknown.nominal for unknown in unknowns}
-    nominal = {name: value for name, value in nominal.items() if name not in constants}
+    nominal = {**robot.nominal, **{unknown.name: unknown.nominal for unknown in unknowns}}
     return replace(robot, legs=legs, nominal=nominal), tuple(unknowns)
 
 
@@ -321,8 +320,9 @@ def spring_values(robot: Robot) -> dict[str, float]:
     return {u.name: u.nominal for u in unknowns if u.kind is UnknownKind.COMPLIANCE}
 
 
-# Of the largest column of its kind, and of the largest singular value: what is nothing.
-_NO_COLUMN, _NO_VALUE = 1e-9, 1e-8
+# Of the largest column of its kind, of the largest singular value, and of readings: what is
+# nothing.
+_NO_COLUMN, _NO_VALUE, _NO_CHANGE = 1e-9, 1e-8, 1e-12
 # Of the largest singular value, and correlations: what is little.
 _WEAK, _CORRELATED = 1e-4, 0.98
 # Correlations that are reported, but are no more than usual.
@@ -340,7 +340,9 @@ class Identifiability:
     correlated: tuple[str, ...]  # by 0.9 to 0.98, which is not weak yet
 
 
-def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiability:
+def identifiability(
+    J: np.ndarray, unknowns: Sequence[Unknown], read: float = 0.0
+) -> Identifiability:
     """What readings tell of the unknowns, by their rates.
 
     Columns of rates are scaled to length 1. A combination of them that vanishes is one that no
@@ -351,6 +353,8 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
     J : (M, n) array
         Rates of readings over their standard deviations.
     unknowns : sequence of Unknown
+    read : float
+        Norm of the readings over their standard deviations, beside which rates may be rounding.
 
     References
     ----------
@@ -361,7 +365,12 @@ def identifiability(J: np.ndarray, unknowns: Sequence[Unknown]) -> Identifiabili
     scaled = length * [abs(u.nominal) if u.kind in ELASTIC else 1.0 for u in unknowns]
     kinds = [(unknown.kind, unknown.unit) for unknown in unknowns]
     largest = {kind: max(scaled[[other == kind for other in kinds]]) for kind in kinds}
-    fixed = [k for k in range(n) if scaled[k] <= _NO_COLUMN * largest[kinds[k]]]
+    # and those by whose whole values readings change no more than rounding does
+    whole = length * [
+        1.0 if u.kind is UnknownKind.FRAME else abs(u.nominal) or 1.0 for u in unknowns
+    ]
+    none = (whole <= _NO_CHANGE * read) | (scaled <= [_NO_COLUMN * largest[kind] for kind in kinds])
+    fixed = np.flatnonzero(none).tolist()
     without = [unknowns[k] for k in fixed]
     sentences = [
         f"no measurement depends on {unknown.name}: no load strains it (a force that is parallel "

@@ -17,7 +17,7 @@ from robostiff.errors import FileError, InputError, Location, Words, warn_of_sli
 from robostiff.frozen import frozen, replace
 from robostiff.io.bounded_file import bounded_bytes
 from robostiff.io.suggest import did_you_mean
-from robostiff.io.units import Dimension, parse_quantity, to_si
+from robostiff.io.units import Dimension, to_si
 from robostiff.kinematics import JointCoordinates
 from robostiff.kinematics.pose import home_coordinates
 from robostiff.model import Robot
@@ -208,6 +208,11 @@ def _columns_of(
             example = f"one in brackets, as {name} [{units[name]}]"
             raise FileError(at, f"unit of {name}", got=Words("none"), expected=example)
         columns.append(Column(name, place, unit, _factor(at, name, unit, units[name]), at))
+    for own, si in ((own, units[own.name]) for own in columns if not own.unit):
+        alike = (other for other in columns if units[other.name] == si and other.factor != 1)
+        for other in list(alike)[:1]:
+            ways = f"write {own.name} [{si}], or {own.name} [{other.unit}]"
+            warn_of_slip(f"{own.at}: {own.name} without a unit beside {other.name}; {ways}")
     return columns, places, passed
 
 
@@ -221,11 +226,12 @@ def _factor(at: Location, name: str, unit: str, si_unit: str) -> float:
         if unit not in _TIMES:
             raise FileError(at, "unit of time", got=unit, expected="s, ms or min")
         return _TIMES[unit]
+    dimension = Dimension.of(si_unit)
     try:
-        quantity = parse_quantity(f"1 {unit}")
-        return to_si(quantity, Dimension.of(si_unit), subject=f"unit of {name}", got=unit)
+        return to_si(f"1 {unit}", dimension)
     except InputError as error:
-        raise FileError.from_input_error(at, error) from None
+        words = {"got": unit, "expected": str(dimension), "hint": error.hint}
+        raise FileError(at, f"unit of {name}", **words) from None
 
 
 def _fields(line: str, separator: str) -> list[str]:
@@ -256,27 +262,28 @@ def posture_columns(
     Warns of coordinates of a pose that are not free, but of Euler angles.
 
     Raises FileError at a heading that has none of them, both kinds, or some joints of an arm alone.
+    A structure needs none: it has one pose.
     """
     joints, names = coordinate_units(robot), table.si.keys()
     poses = [f"{prefix}{name}" for name in POSE_UNITS]
     kinds = [kind for kind in ([*joints], poses) if set(kind) & set(names)]
-    if not kinds:
+    if not kinds and (joints or robot.coordinates):
         expected = f"some of {', '.join([*joints, *poses])}, with units"
         heading = table.lines[table.header]
         raise FileError(at, "names of columns", got=heading, expected=expected)
     if len(kinds) > 1:
         raise FileError(at, "postures", got=Words("joints and poses"), expected="one kind of them")
-    absent = [name for name in joints if name not in names]
-    if kinds[0] != poses and absent:
+    kind, absent = kinds[0] if kinds else poses, [name for name in joints if name not in names]
+    if kind != poses and absent:
         got = Words(f"no column of {', '.join(absent)}")
         raise FileError(at, "joints of the arm", got=got, expected="columns of all of them")
-    bound = {*poses[: None if angles is None else 3]} if robot.coordinates else set[str]()
+    bound = {*poses[: None if angles is None else 3]} - {*poses[: 6 * robot.is_posed_by_joints]}
     bound -= {f"{prefix}{coordinate.value}" for coordinate in robot.coordinates}
-    for column in table.columns if kinds[0] == poses else ():
+    for column in table.columns if kind == poses else ():
         if column.name in bound:
             why = "it is no free coordinate of the robot"
             warn_of_slip(f"{column.at}: column {column.name!r} is not read: {why}")
-    return kinds[0]
+    return kind
 
 
 def postures_of(
@@ -302,7 +309,7 @@ def postures_of(
 
         turned = Rotation.from_euler(angles, postures[:, euler_places(angles)])
         postures[:, 3:] = turned.as_rotvec()
-    return postures[:, robot.coordinate_places] if robot.coordinates else postures
+    return postures if robot.is_posed_by_joints else postures[:, robot.coordinate_places]
 
 
 def euler_places(angles: str) -> list[int]:

@@ -40,14 +40,8 @@ from robostiff.io.units import Dimension, question
 from robostiff.model import Actuated, Joint, Mass, Passive, prismatic, revolute, spherical
 from robostiff.spatial import Frame
 
-_TYPES = {
-    "fixed": JointType.FIXED,
-    "revolute": JointType.REVOLUTE,
-    "continuous": JointType.REVOLUTE,
-    "prismatic": JointType.PRISMATIC,
-    "planar": JointType.PLANAR,
-    "floating": JointType.FLOATING,
-}
+_TYPES = {kind.value: kind for kind in JointType if kind is not JointType.SPHERICAL}
+_TYPES["continuous"] = JointType.REVOLUTE
 
 
 def _names(elements: list[XmlElement], what: str) -> dict[str, XmlElement]:
@@ -225,15 +219,18 @@ _HARMLESS = frozenset(
     )
 )
 
-_READ = {  # of joints and inertials, with their attributes; () for any
-    "origin": ("xyz", "rpy", "quat_xyzw"),
-    "axis": ("xyz",),
-    "mimic": ("joint", "multiplier", "offset"),
-    "mass": ("value",),
-    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
-    **dict.fromkeys(("parent", "child", "limit", "dynamics", "armature", "springStiffness"), ()),
-    **dict.fromkeys(("springReference", "calibration", "safety_controller"), ()),
+_READ = {  # of joints and inertials, with their attributes
+    "origin": "xyz rpy quat_xyzw",
+    "axis": "xyz",
+    "mimic": "joint multiplier offset",
+    "mass": "value",
+    "inertia": "ixx ixy ixz iyy iyz izz",
+    "limit": "lower upper effort velocity acceleration deceleration jerk current command_effort "
+    "gear_velocity drake:acceleration drake:jerk",
+    "dynamics": "damping friction spring_stiffness spring_reference armature mu_coulomb "
+    "mu_viscous D",
 }
+_OF_ANY = "parent child armature springStiffness springReference calibration safety_controller"
 
 _Unread = defaultdict[str, list[tuple[str, Location]]]  # for each kind, names and places
 _TURNING, _BALL = ("revolute", "continuous", "hinge"), ("ball", "spherical")
@@ -283,24 +280,35 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
 
 def _name_parts_not_read(root: XmlElement, unread: _Unread) -> None:
     """Add what stands in joints, links and inertials under other names, or a second time."""
-    inertials = (own for link in root.all("link") for own in link.all("inertial"))
+    inertials = [(link, own) for link in root.all("link") for own in link.all("inertial")]
     for link in root.all("link"):
         for part in link.children:
             again = part.tag == "inertial"
             if part is not link.one("inertial") and (part.tag == "mass" or part.all("mass")):
                 unread[f"{'a second ' * again}<{part.tag}> of"].append(link.place)
-    for element in (*root.all("joint"), *inertials):
+    for named, element in (*((own, own) for own in root.all("joint")), *inertials):
         passed: set[str] = set()
         for part in element.children:
-            known, again = _READ.get(part.tag), part.tag in passed
-            kinds = [
-                f"{key} in <{part.tag}>" for key in part.attributes if known and key not in known
-            ]
-            if known is None or again:
+            known, again = _READ.get(part.tag, "").split(), part.tag in passed
+            inner = () if part.tag == "dynamics" else known  # which SDF writes as elements
+            found = [key for key in part.attributes if key not in known]
+            found += [f"<{k.tag}>" for k in part.children if inner or k.tag not in known]
+            kinds = [f"{key} in <{part.tag}>" for key in found + ["text"] * bool(part.text.strip())]
+            kinds *= part.tag in _READ
+            if again or part.tag not in {*_READ, *_OF_ANY.split()}:
                 kinds = [f"{'a second ' * again}<{part.tag}>"]
             passed.add(part.tag)
             for kind in kinds:
-                unread[f"{kind} of"].append(element.place)
+                unread[f"{kind} of"].append(named.place)
+    followers: dict[str, Location] = {}  # of ros2_control, and of plugins of Gazebo
+    for part in (part for own in root.children for part in own.children):
+        if any(own.attributes.get("name") == "mimic" for own in part.all("param")):
+            followers[part.attributes.get("name", "")] = part.location
+        followers[_text(part, "mimicJoint")] = part.location
+    for joint in root.all("joint"):
+        if joint.attributes["name"] in followers and joint.one("mimic") is None:
+            place = joint.attributes["name"], followers[joint.attributes["name"]]
+            unread["joints that follow others by ros2_control or a plugin,"].append(place)
 
 
 def _of_drive(parts: Sequence[XmlElement], of_drake: str, tag: str, otherwise: float) -> float:

@@ -155,6 +155,7 @@ def check_is_not_posed(robot: Any, pose: object) -> None:
         raise InputError(f"pose of {kind} {robot.name!r}", got=pose, expected=expected, hint=hint)
 
 
+@kept
 def coordinate_units(robot: Robot) -> tuple[str, ...]:
     """SI units of the free pose coordinates of a robot, m or rad."""
     return tuple(Space.SPATIAL.twist_units[place] for place in robot.coordinate_places)

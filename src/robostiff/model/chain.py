@@ -418,7 +418,7 @@ class Chain:
         flags = [bool(own.home_given) for own, _ in self.moving for _ in range(own.size)]
         return np.array(flags, dtype=bool)
 
-    @property
+    @cached_property
     def has_blocks(self) -> bool:
         """Whether it holds a parallel block."""
         return any(isinstance(element, ParallelBlock) for element in self.elements)

@@ -140,7 +140,7 @@ _ENOUGH, _ROUNDING = 1e-12, 1e-15
 # Compliance of rigid directions in the condensed system, against the characteristic one.
 _LITTLE = 1e-7
 # Unknowns from which on a system is condensed.
-_LARGE = 3000
+_LARGE = 1000
 # Of the size of a network: bodies that are nearer are in one place.
 _NEAR = 1e-6
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from itertools import compress
 
 import numpy as np
@@ -10,6 +11,7 @@ from robostiff.compensation.compensate import Compensation
 from robostiff.design.optimum import Ending, Optimum
 from robostiff.design.tolerances import Tolerances
 from robostiff.elastostatics import Status
+from robostiff.errors import NoAnswerError
 from robostiff.identification.choice_of_poses import ChosenPoses
 from robostiff.identification.identified import FitStatus, Identified
 from robostiff.identification.unknowns import UnknownKind
@@ -181,8 +183,9 @@ def tolerances_page(result: Tolerances) -> Page:
             value, error = (float(x[0]) for x in result.quantile(name, q))
             rows.append((f"{percent(q, 0)} below", Number(value), f"± {number(error, 2)}"))
         blocks.append(Table((name, "[SI]", ""), rows))
-        shares = [(part, percent(share, 1)) for part, share in result.shares(name).items()]
-        blocks.append(Table(("parameter", "share of the variance"), shares))
+        with suppress(NoAnswerError):  # where no parameter changes it
+            shares = [(part, percent(share, 1)) for part, share in result.shares(name).items()]
+            blocks.append(Table(("parameter", "share of the variance"), shares))
     count = len(next(iter(result.samples.values())))
     advice = ()
     if result.answered < 1:

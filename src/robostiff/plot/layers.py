@@ -50,6 +50,7 @@ class Layers:
     size: float  #: length of the machine [m]
     box: tuple[np.ndarray, np.ndarray]  #: corners (3,) of the machine without load [m]
     scales: Mapping[Quality, float]  #: of ellipsoids: metres of a semi-axis to a unit of a quantity
+    exaggeration: float  #: factor of the displacements; 0 where there are none
 
 
 def layers_of(
@@ -138,4 +139,4 @@ def layers_of(
             size = f"{quantity(longest, quality.unit)}, drawn {short(1e3 * scale * longest)} mm"
             notes.append(f"{quality.value}: longest axis {size} long{rest}")
     box = points.min(axis=0), points.max(axis=0)
-    return Layers(items, tuple(notes), colours, sketch.size, box, used_scales)
+    return Layers(items, tuple(notes), colours, sketch.size, box, used_scales, sketch.scale)

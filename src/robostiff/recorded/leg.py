@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from robostiff.elasticity import Elasticity
-from robostiff.elastostatics import BlockCompliance, Tolerance, block_compliance
+from robostiff.elastostatics import Tolerance, block_compliance
 from robostiff.frozen import frozen
 from robostiff.kinematics.jacobians import spring_compliance
-from robostiff.model import PlacedLeg, PlacedSpring
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Operation, Record, usual_size
 from robostiff.recorded.elimination import (
     Column,
     Conjugate,
     LocalLeg,
+    LocalSpring,
     WorkingFrame,
     carried_by,
     local_leg,
@@ -68,6 +71,8 @@ _NEARLY_RIGID = 1e-4
 # Part of its usual size that a compliance must never fall below for it not to be watched.
 _ENOUGH = 1e-4
 _NOTHING = 1e-20  # square of a wrench beside 1: rounding
+_RANK = 1e-7
+_ELASTIC = 1e-9  # of the largest compliance
 
 
 @frozen
@@ -160,7 +165,8 @@ class LegRecorder:
         rows = self.space.rows
         carried = carried_by(local, rows, self.length)
         conjugate = made_conjugate(carried.wrenches, carried.energy, leg.name)
-        ratio = compliance_ratio(local, conjugate, rows, self.length, self.record.count)
+        sample = SampledLeg.of(local, rows, self.length, self.record.count)
+        ratio = sample.least_ratio(conjugate, self.scale[list(rows)])
         doubt = max(1.0, _NEARLY_RIGID / ratio)
         return RecordedLeg(
             name=leg.name,
@@ -173,6 +179,16 @@ class LegRecorder:
             basis=[to_world(w, frame, self.reference, rows) for w in carried.wrenches],
             energy=carried.energy,
         )
+
+    def sampled(self, leg: PlacedLeg) -> SampledLeg:
+        """A leg without singular springs in numbers, about the reference point, world axes."""
+        local = _in_world(leg, np.asarray(self.reference, dtype=object))
+        return SampledLeg.of(local, self.space.rows, self.length, self.record.count)
+
+    @property
+    def scale(self) -> np.ndarray:
+        """1 for forces and shifts, the length for moments: by it all entries compare (6,)."""
+        return np.array([1.0] * 3 + [self.length] * 3)
 
     def near_rigid(self, mu: Sequence[Any], doubt: float = 1.0) -> list[Any]:
         """By how much wrenches of compliances mu are nearer to rigid than at the samples."""
@@ -207,53 +223,90 @@ def stiffness_entries(legs: Sequence[RecordedLeg], size: int) -> dict[tuple[int,
     return K
 
 
-def compliance_ratio(
-    leg: LocalLeg, conjugate: Conjugate, rows: Sequence[int], length: float, count: int
-) -> float:
-    """Least compliance of a unit wrench over the trace of C, the smallest of the samples.
+@frozen
+class SampledLeg:
+    """A leg in numbers at the samples: its passive twists and compliance in a working frame.
 
-    Turns are weighed by the characteristic length. It is right within a factor of the number of
-    wrenches; 1 where nothing is transmitted.
+    Rotations count by the length, and so do moments, so that all entries compare. A parallel block
+    leaves free what no branch holds; its compliance is the inverse of the sum of its branches,
+    where they hold anything.
     """
-    if not conjugate.mu:
-        return 1.0
-    places = list(rows)
-    scale = np.array([1.0] * 3 + [length] * 3)[places]
-    C = _compliance(leg, length, count)
-    trace = np.einsum("sii,i->s", C[:, places][:, :, places], scale**2)
-    ratios = []
-    for w, mu in zip(conjugate.wrenches, conjugate.mu, strict=True):
-        unit = at_samples(w, count) / scale
-        square = np.einsum("si,si->s", unit, unit)
-        if np.all(square > _NOTHING):
-            ratios.append(at_samples([mu], count)[:, 0] / square / trace)
-    return float(np.min(ratios, initial=1.0))
+
+    J: np.ndarray  # (count, n, p): unit twists that meet no resistance, those of blocks last
+    C: np.ndarray  # (count, n, n): compliance under the wrenches that do no work on them
+    is_even: bool  # whether its blocks hold as many motions at all samples
+
+    @classmethod
+    def of(cls, leg: LocalLeg, rows: Sequence[int], length: float, count: int) -> SampledLeg:
+        """A leg in some rows of six."""
+        places, scale = list(rows), np.array([1.0] * 3 + [length] * 3)
+        whole = np.zeros((count, 6, 6))
+        for spring in leg.springs:
+            p, R, C = (at_samples(x, count) for x in (spring.p, spring.R, spring.compliance))
+            placed = PlacedSpring("", p, R, Elasticity(C))
+            whole = whole + spring_compliance(placed, np.zeros((count, 3)))
+        for twist, stiffness in leg.drives:
+            t = at_samples(twist, count)
+            whole = (
+                whole + t[:, :, None] * t[:, None, :] / at_samples([stiffness], count)[..., None]
+            )
+        C = (whole * scale[:, None] * scale)[:, places][:, :, places]
+        # Twists by shifts over the length, wrenches by moments over it: their work stays.
+        columns = [(at_samples(t, count) * scale / length)[:, places] for t in leg.twists]
+        is_even = True
+        for block in leg.blocks:
+            each = [cls.of(branch, rows, length, count) for branch in block]
+            inside = block_compliance([(x.C, x.J) for x in each], np.ones(count), Tolerance())
+            C, columns = C + inside.C, [*columns, *np.moveaxis(inside.J_q, 2, 0)]
+            is_even &= all(x.transmitted is not None for x in each) and bool(np.all(inside.present))
+        J = np.stack(columns, axis=2) if columns else np.zeros((count, len(places), 0))
+        sizes = np.linalg.norm(J, axis=1)[:, None]
+        return cls(J / np.where(sizes > 0, sizes, 1), C, is_even)
+
+    @cached_property
+    def transmitted(self) -> int | None:
+        """How many independent wrenches it transmits; None where samples differ."""
+        ranks = {*np.linalg.matrix_rank(self.J, tol=_RANK).tolist()} if self.J.size else {0}
+        return self.J.shape[1] - ranks.pop() if self.is_even and len(ranks) == 1 else None
+
+    @property
+    def elastic_directions(self) -> int:
+        """In how many independent directions it yields with its passive joints held."""
+        tolerance = _ELASTIC * np.max(np.abs(self.C))
+        return int(np.min(np.linalg.matrix_rank(self.C, tol=tolerance, hermitian=True)))
+
+    @property
+    def redundant(self) -> tuple[bool, ...]:
+        """Which of its passive joints add no freedom to those before."""
+        count = self.J.shape[2]
+        ranks = [np.linalg.matrix_rank(self.J[:, :, :k], tol=_RANK) for k in range(1, count + 1)]
+        pairs = pairwise([np.zeros(len(self.J)), *ranks])
+        return tuple(bool(np.all(after == before)) for before, after in pairs)
+
+    def least_ratio(self, conjugate: Conjugate, scale: np.ndarray) -> float:
+        """Least compliance of a unit wrench over the trace of C, the smallest of the samples.
+
+        Right within a factor of the number of wrenches; 1 where nothing is transmitted.
+        """
+        trace, ratios = np.einsum("sii->s", self.C), []
+        for w, mu in zip(conjugate.wrenches, conjugate.mu, strict=True):
+            unit = at_samples(w, len(self.C)) / scale
+            square = np.einsum("si,si->s", unit, unit)
+            if np.all(square > _NOTHING):
+                ratios.append(at_samples([mu], len(self.C))[:, 0] / square / trace)
+        return float(np.min(ratios, initial=1.0))
 
 
-def _compliance(leg: LocalLeg, length: float, count: int) -> np.ndarray:
-    """Compliance of a leg about the origin of its frame, joints held (samples, 6, 6)."""
-    C = np.zeros((count, 6, 6))
-    for spring in leg.springs:
-        p, R, compliance = (at_samples(x, count) for x in (spring.p, spring.R, spring.compliance))
-        placed = PlacedSpring("", p, R, Elasticity(compliance))
-        C = C + spring_compliance(placed, np.zeros((count, 3)))
-    for twist, stiffness in leg.drives:
-        t = at_samples(twist, count)
-        C = C + t[:, :, None] * t[:, None, :] / at_samples([stiffness], count)[:, :, None]
-    for block in leg.blocks:
-        C = C + _rigid_block(block, length, count).C
-    return C
-
-
-def _rigid_block(block: Sequence[LocalLeg], length: float, count: int) -> BlockCompliance:
-    branches = []
-    for branch in block:
-        J_q = [at_samples(twist, count) for twist in branch.twists]
-        for inner in branch.blocks:
-            J_q += list(np.moveaxis(_rigid_block(inner, length, count).J_q, -1, 0))
-        J = np.stack(J_q, axis=-1) if J_q else np.zeros((count, 6, 0))
-        branches.append((_compliance(branch, length, count), J))
-    return block_compliance(branches, np.full(count, length), Tolerance())
+def _in_world(leg: PlacedLeg, at: np.ndarray) -> LocalLeg:
+    """A leg about a point in world axes, its entries as they are."""
+    joints = [x for x in leg.own_parts if isinstance(x, PlacedFreedom)]
+    springs = [x for x in leg.own_parts if isinstance(x, PlacedSpring)]
+    return LocalLeg(
+        [x.twist(at).tolist() for x in joints if x.is_passive],
+        [LocalSpring(x.rotation, x.point - at, x.elasticity.compliance) for x in springs],
+        [(x.twist(at).tolist(), x.stiffness) for x in joints if x.stiffness is not None],
+        [tuple(_in_world(branch, at) for branch in block.branches) for block in leg.blocks],
+    )
 
 
 def at_samples(values: Column | np.ndarray, count: int) -> np.ndarray:

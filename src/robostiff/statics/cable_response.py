@@ -162,7 +162,7 @@ def _long_steps(here: FoundEquilibrium, last: float, shortest: float) -> Iterato
 def _pulls(found: FoundEquilibrium) -> np.ndarray:
     """Stiffness times stretch (m,) [N]: the tension, or negative for a slack cable."""
     legs = found.problem.legs
-    each = zip(legs.springs, legs.pulls(found.state.legs, 0.0).length, strict=True)
+    each = zip(legs.springs, legs.pulls(found.state, 0.0).length, strict=True)
     return np.array([cable.stiffness * length + cable.constant for cable, length in each])
 
 

@@ -14,7 +14,8 @@ from robostiff.frozen import field, frozen, replace
 from robostiff.model import PlacedPlatform
 from robostiff.spatial import cross, skew
 from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Owner, group_of, wrench_at
-from robostiff.statics.equations.problem import EquilibriumProblem, State
+from robostiff.statics.chains.legs import State
+from robostiff.statics.equations.problem import EquilibriumProblem
 
 # Of loads and reactions: what they lack for equilibrium that is no rounding.
 _BALANCED = 1e-6
@@ -119,7 +120,7 @@ class CarriedLoads:
     @cached_property
     def _bodies(self) -> tuple[np.ndarray, np.ndarray]:
         """Where all bodies are, see `Legs.bodies`."""
-        return self.problem.legs.bodies(self._where.legs)
+        return self.problem.legs.bodies(self._where)
 
     def _now(self, bodies: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Where points (n, 3) of bodies are, by the numbers of these [m]."""
@@ -149,28 +150,28 @@ class CarriedLoads:
         """Of springs on their first points (S, 3) [N]."""
         if self.forces is not None:
             return self.forces
-        return self.problem.legs.pulls(self.state.legs, self.share).force
+        return self.problem.legs.pulls(self.state, self.share).force
 
     def parts(self) -> tuple[LoadedPart, ...]:
         """Every joint and elastic part, leg by leg from base to platform."""
         found: list[tuple[Owner, LoadedPart]] = []
         legs, state = self.problem.legs, self.state
-        energies, pushing = legs.energies(state.legs), iter(state.legs.multipliers)
+        energies, pushing = legs.energies(state), iter(state.multipliers)
         sums: defaultdict[tuple[int, int], list[tuple[str, np.ndarray, float, float]]]
         sums = defaultdict(list)
         at, (R, t) = legs.numbers.of_chains, self._bodies
         forces, points = self._acting
-        for coupling, s in zip(legs.couplings, legs.sums(state.legs), strict=True):
+        for coupling, s in zip(legs.couplings, legs.sums(state), strict=True):
             drive = coupling.drive
             load = -next(pushing) if coupling.is_rigid else drive.force(s)
             load = float(load - self.share * drive.preload)
             sums[coupling.place].append((drive.name, np.array([s]), load, drive.energy(s)))
         for c, (chain, bodies) in enumerate(zip(legs.chains, at.bodies, strict=True)):
             W, P = np.zeros(6), self._ends[c]
-            W[list(legs.rows)] = state.legs.W[c]
+            W[list(legs.rows)] = state.W[c]
             names = [e.name for e in chain.elements]
             for k, element in enumerate(chain.elements):
-                x = state.legs.x[legs.numbers.places[c, k]]
+                x = state.x[legs.numbers.places[c, k]]
                 if isinstance(element, FiniteJoint):
                     body, moved, unit = bodies[k], x, "N m" if element.turns else "N"
                     load = element.force(float(x[0])) - self.share * float(element.preload)
@@ -207,7 +208,7 @@ class CarriedLoads:
         """What every leg exerts on the base about the point of the platform (6,) [N, N m]."""
         legs, about = self.problem.legs, self._where.p
         W, (forces, points) = np.zeros((len(legs.chains), 6)), self._acting
-        W[:, list(legs.rows)] = self.state.legs.W
+        W[:, list(legs.rows)] = self.state.W
         W[:, 3:] += cross(self._ends - about, W[:, :3])
         at = legs.numbers.of_chains
         np.add.at(W, at.chains[at.load_bodies], wrench_at(about, points, forces))
@@ -237,12 +238,12 @@ class CarriedLoads:
             if chain.owner.leg not in W or chain.end not in nodes:
                 continue
             wrench, rate, node = np.zeros(6), np.zeros((6, len(rows))), moved
-            wrench[rows], rate[rows] = self.state.legs.W[c], by_twist[legs.numbers.W[c]]
+            wrench[rows], rate[rows] = self.state.W[c], by_twist[legs.numbers.W[c]]
             arm = np.zeros(3)
             if chain.end is not None:
                 node = np.zeros((6, len(rows)))
                 node[rows] = by_twist[legs.numbers.bodies[chain.end]]
-                arm = where.legs.p[chain.end] - where.p
+                arm = where.points[chain.end] - where.p
             rate[3:] += skew(arm) @ rate[:3] - skew(wrench[:3]) @ (node - moved)[:3]
             wrench[3:] += np.cross(arm, wrench[:3])
             W[chain.owner.leg] += wrench
@@ -260,13 +261,13 @@ class CarriedLoads:
         on_platform[rows] = wrench
         applied = [on_platform, self.share * problem.dead.acting(where.R)[0]]
         if problem.steady is not None:
-            on_platform[rows] += problem.steady.moment
-            applied.append(problem.steady.weights.acting(where.R)[0])
+            on_platform[rows] += problem.moment
+            applied.append(problem.steady.acting(where.R)[0])
         forces, points = (x[: legs.numbers.of_chains.first_anchor] for x in self._acting)
         applied += [*wrench_at(about, points, forces)]
         carried: list[np.ndarray] = []
         if legs.springs:
-            points = legs.pulls(where.legs, self.share).points
+            points = legs.pulls(where, self.share).points
             for side, (i, spring) in product((0, 1), enumerate(legs.springs)):
                 if spring.spots[side] is None:
                     force = self._pulls[i] * (1 - 2 * side)
@@ -283,7 +284,7 @@ class CarriedLoads:
         legs, found = self.problem.legs, []
         if not legs.springs:
             return ()
-        now = legs.pulls(self.state.legs, self.share)
+        now = legs.pulls(self.state, self.share)
         for i, spring in enumerate(legs.springs):
             length, tension = float(now.length[i]), float(now.tension[i])
             ends, energy = now.points[:, i], spring.energy(length, tension)
@@ -339,7 +340,7 @@ def body_places(problem: EquilibriumProblem, state: State) -> BodyPlaces:
     found, nodes = {}, {}
     platform = BodyPlace(state.R, state.p - state.R @ problem.point)
     legs = problem.legs
-    R, t = legs.bodies(state.legs)
+    R, t = legs.bodies(state)
     places = [[BodyPlace(R[i], t[i]) for i in bodies] for bodies in legs.numbers.of_chains.bodies]
     for chain, moved in zip(legs.chains, places, strict=True):
         for element, place in zip(chain.elements, moved[1:], strict=True):

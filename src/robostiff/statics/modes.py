@@ -83,7 +83,7 @@ class Mode:
         motion = _of_legs(found.problem, self.shape)[: legs.numbers.total]
         stored = energies_of(legs, motion, np.zeros(legs.inner_modes.shape))
         if legs.springs:
-            pulls = legs.pulls(found.state.legs, found.loading.shares(found.factor).value)
+            pulls = legs.pulls(found.state, found.loading.share_at(found.factor))
             stored += legs.spring_energies(pulls, motion)
         return shares(own for own in stored if own[-1] > 0)
 
@@ -114,7 +114,7 @@ class Mode:
         """
         found, step = self.equilibrium, _of_legs(self.equilibrium.problem, self.shape)
         part = _PART / max(found.problem.size_of_legs(step), found.problem.size_of(self.twist))
-        moved = found.problem.moved(found.state, part * self.twist, part * step)
+        moved = found.problem.legs.after_step(found.state, part * self.twist, part * step)
         return body_places(found.problem, moved).since(body_places(found.problem, found.state))
 
     def __str__(self) -> str:
@@ -334,7 +334,7 @@ class _Request:
             together = None
             if not np.any(self.wrenches[rows]):
                 together = postures.as_robots(rows, self.acting, self.masses)
-            if together and not (together[0].closures or together[0].at_rest.lacks_digits):
+            if together and not (any(together[0].missing) or together[0].at_rest.lacks_digits):
                 found = vibrations(*together, together[0].at_rest, together[0].unloaded)
                 own |= zip(rows, found, strict=False)  # none where robots differ
         one = cache(lambda i: self.one(i, own.get(i)))

@@ -348,10 +348,10 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         """Energy less the work of preloads and dead forces, the wrench left out [J]."""
         found = self._require()
         problem, state = found.problem, found.state
-        share, shift = found.loading.shares(found.factor).value, state.p - problem.point
-        total = self.energy + problem.legs.load_potential(state.legs, share)
+        share, shift = found.loading.share_at(found.factor), state.p - problem.point
+        total = self.energy + problem.legs.load_potential(state, share)
         if problem.steady is not None:
-            total += problem.steady.weights.potential(state.R, shift)
+            total += problem.steady.potential(state.R, shift)
         return total + share * problem.dead.potential(state.R, shift)
 
     @cached_property

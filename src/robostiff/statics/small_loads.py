@@ -186,14 +186,16 @@ def _at_bodies(problem: EquilibriumProblem, F: np.ndarray, stiffness: Stiffness)
     step = known.factor_steps + known.by_twist @ t
     legs, forces, stored = problem.legs, None, ()
     if legs.springs:  # tension among them, as the bodies move
-        pulls = legs.pulls(at_rest.legs, 0.0)
+        pulls = legs.pulls(at_rest, 0.0)
         motion = step[: legs.numbers.total]
         forces = np.einsum("sij,sjt,t->si", pulls.D, pulls.J, motion) + pulls.rate
         stored = legs.spring_energies(pulls, motion)
-    loaded = CarriedLoads(problem, problem.moved(at_rest, nothing, step), small=True, forces=forces)
+    loaded = CarriedLoads(
+        problem, legs.after_step(at_rest, nothing, step), small=True, forces=forces
+    )
     if not loaded.are_balanced(F):
         return none(Status.ILL_CONDITIONED)
-    parts, rates = loaded.parts(), known.equations.r_factor
+    parts, rates = loaded.parts(), known.equations.r_share
     on_platform, _ = problem.dead.acting(np.eye(3))  # the wrench left out
     # nodes of a flexible platform are where they are without load
     wrenches, _ = loaded.by_leg(known.by_twist, placed.platform)
@@ -239,7 +241,7 @@ def _drives_legs(problem: EquilibriumProblem, known: Linearised) -> bool:
     """Whether loads at bodies drive a motion in a leg that nothing resists, the platform held."""
     for block, whole in zip(problem.blocks, known.equations.A, strict=True):
         m, units = block.free, problem.units[block.at][:, None]
-        step, driven = (v[block.at] for v in (known.factor_steps, known.equations.r_factor))
+        step, driven = (v[block.at] for v in (known.factor_steps, known.equations.r_share))
         A, across = np.abs(whole[:, :m]), np.abs(whole[:, :m, m:] * units[..., m:])
         rest = np.abs(np.einsum("nij,nj->ni", whole[:, :m], step) + driven[:, :m])
         terms = np.einsum("nij,nj->ni", A, np.abs(step)) + np.abs(driven[:, :m])

@@ -73,7 +73,7 @@ class Solution:
     def carried(self) -> CarriedLoads:
         """What it carries under the share of preloads and of forces on legs that acts."""
         found = cast("FoundEquilibrium", self.found)
-        share = found.loading.shares(found.factor).value
+        share = found.loading.share_at(found.factor)
         return CarriedLoads(found.problem, found.state, share)
 
 
@@ -106,7 +106,7 @@ def solve(
     doubtful = not found.converged or not found.direct or min(margins.values()) < SAFE
     legs = problem.legs
     if not doubtful and legs.springs:  # a cable may have become slack on the way
-        pulls = legs.pulls(found.state.legs, 1.0)
+        pulls = legs.pulls(found.state, 1.0)
         each = zip(legs.springs, pulls.tension, strict=True)
         doubtful = any(spring.is_cable and tension == 0 for spring, tension in each)
     if not doubtful and may_be_singular(problem):  # rigid bars may have passed a singular posture

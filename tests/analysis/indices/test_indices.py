@@ -1,11 +1,10 @@
 """Indices of stiffness: eigenscrews, centres, principal and collinear parts."""
-
 # What a regular robot has is optional for others: a None fails these tests by itself.
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
 # pyright: reportOptionalOperand=false, reportCallIssue=false, reportOptionalSubscript=false
 # pyright: reportOperatorIssue=false
 
-from typing import Any
+from __future__ import annotations
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import robostiff as rs
-from robostiff.analysis import measures
+from robostiff.analysis import Stiffness, measures
 from robostiff.analysis.indices import (
     Eigenscrews,
     anisotropy,
@@ -29,18 +28,13 @@ from robostiff.analysis.indices import (
     virtual_work,
     worst_deflection,
 )
+from robostiff.elasticity import elasticity_from_compliance, elasticity_from_stiffness
+from robostiff.model import PlacedLeg, PlacedSpring, Snapshot
 from robostiff.page import principal_table
-from robostiff.spatial import Screw, move_compliance, move_stiffness, move_wrench, skew
-from tests.analysis.indices.machines import (
-    any_rotation,
-    body_on_spring,
-    clamped_beam,
-    on_struts,
-    planar_body,
-    random_body,
-    turned_body,
-)
+from robostiff.spatial import Space, move_compliance, move_stiffness, move_wrench, skew
 from tests.cases.metric import distance
+from tests.generators.chains import beam_compliance_of, random_rotation, snapshot_of
+from tests.generators.robots import strut
 from tests.paper.home_matrices import eq27, eq28
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -163,23 +157,6 @@ def test_coupling_is_symmetric_about_the_centres(seed: int):
     assert np.allclose(F, F.T, atol=1e-7 * np.abs(C[3:, 3:]).max())
     assert 0 < stiffness.coupling < 1
     assert 0 < compliance.coupling < 1
-
-
-@given(SEEDS)
-def test_axes_of_eigenscrews_balance_about_the_centres(seed: int):
-    result = random_body(seed)
-    found = eigenscrews(result)
-
-    def lever(screw, centre):
-        r = screw.point - centre
-        return r - (r @ screw.axis) * screw.axis
-
-    centre = centre_of_stiffness(result).point
-    levers = [w.stiffness * lever(w.screw, centre) for w in found.wrenches]
-    assert np.allclose(sum(levers), 0.0, atol=1e-6 * np.abs(levers).max())
-    centre = centre_of_compliance(result).point
-    levers = [lever(t.screw, centre) / t.stiffness for t in found.twists]
-    assert np.allclose(sum(levers), 0.0, atol=1e-6 * np.abs(levers).max())
 
 
 @given(SEEDS, st.floats(0.1, 3.0))
@@ -339,48 +316,62 @@ def test_a_moment_in_a_plane_is_about_z():
     assert [row[0] for row in table.rows] == ["force along x", "force along y", "moment about z"]
 
 
-def numbers_of(found: Any) -> np.ndarray:
-    """Those that belong to the machine, whatever its axes."""
-    eigenscrews = (*found.eigenscrews.wrenches, *found.eigenscrews.twists)
-    own = [*found.principal.translational, *found.collinear.rotational]
-    own += [one.stiffness for one in eigenscrews]
-    return np.array([*own, found.centre_of_stiffness.coupling, found.centre_of_compliance.coupling])
+# Robots whose stiffness is known or random, for tests of indices.
 
 
-@given(SEEDS, SEEDS)
-def test_axes_do_not_matter_and_places_turn_with_the_robot(seed: int, other: int):
-    R = any_rotation(other)
-    here, there = map(rs.indices, (random_body(seed), turned_body(seed, R)))
-    np.testing.assert_allclose(numbers_of(there), numbers_of(here), rtol=1e-6)
-    u = np.random.default_rng(seed).normal(size=3)
-    along, turned = (
-        directional_stiffness(here.result, u),
-        directional_stiffness(there.result, R @ u),
-    )
-    assert np.isclose(along.free, turned.free, rtol=1e-7)
-    for name in ("centre_of_stiffness", "centre_of_compliance"):
-        centre, moved = getattr(here, name), getattr(there, name)
-        np.testing.assert_allclose(moved.point, R @ centre.point, atol=1e-7)
-    for one, two in zip(screws_of(here), screws_of(there), strict=True):
-        assert np.isclose(one.pitch, two.pitch, atol=1e-6)
-        # lines: the moment of the direction about the origin turns with the rest
-        moment, sign = R @ np.cross(one.point, one.axis), np.sign(two.axis @ R @ one.axis)
-        np.testing.assert_allclose(np.cross(two.point, two.axis), sign * moment, atol=1e-6)
+def body_on_spring(K: np.ndarray, at: np.ndarray | None = None) -> Stiffness:
+    """A platform on one spring of a 6 x 6 stiffness, about its own point."""
+    point = np.zeros(3) if at is None else np.asarray(at, dtype=float)
+    return _alone(elasticity_from_stiffness(K), point)
 
 
-def screws_of(found: Any) -> list[Screw]:
-    return [own.screw for own in (*found.eigenscrews.wrenches, *found.eigenscrews.twists)]
+def clamped_beam(length: float, turn: np.ndarray) -> tuple[Stiffness, dict[str, float]]:
+    """A cantilever from the origin along the first column of `turn`, and its rigidities."""
+    E, G, A, Iy, Iz, J = 2e11, 8e10, 4e-4, 2e-8, 5e-8, 3e-8
+    rigidities = {"EA": E * A, "GJ": G * J, "EIy": E * Iy, "EIz": E * Iz}
+    C = beam_compliance_of(length, **rigidities)
+    return _alone(elasticity_from_compliance(C), length * turn[:, 0], turn), rigidities
 
 
-@given(SEEDS, SEEDS)
-def test_what_depends_on_the_reference_point_and_what_does_not(seed: int, other: int):
-    result = random_body(seed)
-    away = result.reference_point + np.random.default_rng(other).uniform(1, 2, 3)
-    here, there = rs.indices(result), rs.indices(result.about(away))
-    np.testing.assert_allclose(numbers_of(there), numbers_of(here), rtol=1e-7)
-    for name in ("centre_of_stiffness", "centre_of_compliance"):
-        np.testing.assert_allclose(getattr(there, name).point, getattr(here, name).point, atol=1e-8)
-    for one, two in zip(screws_of(here), screws_of(there), strict=True):
-        np.testing.assert_allclose(one.point, two.point, atol=1e-7)
-    assert not np.allclose(here.principal.rotational, there.principal.rotational, rtol=1e-3)
-    assert not np.allclose(here.collinear.translational, there.collinear.translational, rtol=1e-3)
+def random_stiffness(rng: np.random.Generator, size: float = 1e3) -> np.ndarray:
+    """A full regular matrix [N/m, N, N m]."""
+    A = rng.normal(size=(6, 6))
+    scale = np.diag([size] * 3 + [0.3 * size] * 3)
+    K = scale @ (A @ A.T + 0.3 * np.eye(6)) @ scale
+    return 0.5 * (K + K.T)
+
+
+def random_body(seed: int) -> Stiffness:
+    """A platform on a random full spring, somewhere."""
+    rng = np.random.default_rng(seed)
+    return body_on_spring(random_stiffness(rng), rng.uniform(-1, 1, 3))
+
+
+def on_struts(seed: int, number: int) -> Stiffness:
+    """A platform on struts between balls: of rank `number` up to six."""
+    rng = np.random.default_rng(seed)
+    legs = [
+        strut(rng, rng.uniform(-1, 1, 3) - [0, 0, 2], rng.uniform(-1, 1, 3)) for _ in range(number)
+    ]
+    return rs.stiffness(snapshot_of(legs, rng.uniform(-0.5, 0.5, 3)))
+
+
+def planar_body(seed: int) -> Stiffness:
+    """A planar platform on a random spring."""
+    rng = np.random.default_rng(seed)
+    K = random_stiffness(rng)
+    inside, outside = [0, 1, 5], [2, 3, 4]
+    K[np.ix_(inside, outside)] = 0.0
+    K[np.ix_(outside, inside)] = 0.0
+    point = np.append(rng.uniform(-1, 1, 2), 0.0)
+    return _alone(elasticity_from_stiffness(K), point, space=Space.PLANAR)
+
+
+def any_rotation(seed: int) -> np.ndarray:
+    return random_rotation(np.random.default_rng(seed))
+
+
+def _alone(elasticity, point, rotation=None, space=Space.SPATIAL) -> Stiffness:
+    axes = np.eye(3) if rotation is None else rotation
+    leg = PlacedLeg("leg", (PlacedSpring("spring", point, axes, elasticity),), point)
+    return rs.stiffness(Snapshot("body", (leg,), point, space))

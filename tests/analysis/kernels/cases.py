@@ -1,5 +1,6 @@
 """Robots to compile, and poses around home."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -45,3 +46,8 @@ def every_output(wrench: Any) -> list[Any]:
         rs.PrincipalStiffness(),
         rs.WorstDeflection(),
     ]
+
+
+def of_fourth_order(K: Callable[[float], np.ndarray], h: float) -> np.ndarray:
+    """Derivative of K(d) at 0 from values at -2h to 2h."""
+    return (8 * (K(h) - K(-h)) - (K(2 * h) - K(-2 * h))) / (12 * h)

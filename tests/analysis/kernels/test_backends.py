@@ -24,21 +24,6 @@ def no_llvmlite(monkeypatch):
     this_processor.cache_clear()
 
 
-@pytest.mark.needs("llvmlite")
-@pytest.mark.parametrize("name", ["hexapod", "3-rrr", "six-joint-arm"])
-def test_both_backends_say_the_same(name):
-    robot = model(name)
-    outputs = [rs.StiffnessMatrix(), rs.PrincipalStiffness()]
-    pose = around_home(robot, 50)
-    backends = (rs.Backend.ARRAYS, rs.Backend.MACHINE)
-    one, two = (rs.compile(robot, outputs, backend=b).evaluate(pose) for b in backends)
-    np.testing.assert_array_equal(one.status_codes, two.status_codes)
-    np.testing.assert_array_equal(one.rank, two.rank)
-    for key, values in one.values.items():
-        size = np.nanmax(np.abs(values), initial=1.0)
-        np.testing.assert_allclose(values, two.values[key], rtol=1e-9, atol=1e-12 * size)
-
-
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_threads_change_no_bit(backend, monkeypatch):
     robot = model("hexapod")
@@ -152,14 +137,3 @@ def test_one_pose_has_an_answer_without_an_axis_of_poses(name):
         np.testing.assert_array_equal(fast.evaluate(pose, out={"K": K}).values["K"], K)
         assert fast.evaluate(pose, again=False).values["K"].shape == (6, 6)
         assert np.any(K)
-
-
-def test_an_arm_is_posed_by_joints_or_by_poses():
-    robot = model("six-joint-arm")
-    compiled = rs.compile(robot, backend=rs.Backend.ARRAYS)
-    joints = around_home(robot, 4)
-    pose = rs.find_posture(robot, joints).pose
-    K = direct_stiffness(robot, pose).K
-    np.testing.assert_allclose(
-        compiled.evaluate(pose).values["K"], K, rtol=1e-9, atol=1e-9 * np.abs(K).max()
-    )

@@ -9,7 +9,7 @@ import pytest
 import robostiff as rs
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.model import Robot
-from tests.analysis.kernels.cases import BACKENDS, around_home, every_output, model
+from tests.analysis.kernels.cases import BACKENDS, around_home, every_output, model, of_fourth_order
 
 FULL_RANK = ["hexapod", "3-puu", "3-rpr-beams", "3-rrr", "two-link-arm"]
 
@@ -82,11 +82,6 @@ def test_derivatives_are_limits_of_differences(name, by):
             assert np.all(np.abs(found - expected) <= allowed)
 
 
-def of_fourth_order(K, h):
-    """Derivative of K(d) at 0 from values at -2h to 2h."""
-    return (8 * (K(h) - K(-h)) - (K(2 * h) - K(-2 * h))) / (12 * h)
-
-
 @pytest.mark.parametrize(("name", "by", "h"), [("3-rps", "ry", 1e-4), ("t3r1", "x", 3e-5)])
 def test_derivatives_of_a_robot_closed_by_iteration_follow_its_closure(name, by, h):
     """Coordinates of the legs, and those of the platform that they decide, move along."""
@@ -102,25 +97,6 @@ def test_derivatives_of_a_robot_closed_by_iteration_follow_its_closure(name, by,
     expected = of_fourth_order(lambda d: direct_stiffness(robot, pose + d * step).K, h)
     sizes = np.abs(expected).max(axis=(1, 2), keepdims=True)
     assert np.all(np.abs(answer.values[rate.name] - expected) <= 1e-9 * sizes)
-
-
-def test_derivatives_by_a_dimension_of_a_robot_closed_by_iteration():
-    robot = rs.load("3-rps", symbols=("R", "k"))
-    rates = [rs.Derivative(rs.StiffnessMatrix(), by) for by in ("R", "k")]
-    compiled = rs.compile(robot, rates, parameters=("R", "k"), backend=rs.Backend.ARRAYS)
-    pose = np.array([[0.61, 0.05, -0.1]])
-    found = compiled.evaluate(pose, parameters={"R": 0.36, "k": 7e7}).values
-    for by, value, h in (("R", 0.36, 1e-4), ("k", 7e7, 1e4)):
-        others = {"R": "360 mm", "k": "7e7 N/m"}
-
-        def K(d, by=by, value=value, others=others):
-            unit = {"R": "m", "k": "N/m"}[by]
-            given = {**others, by: f"{value + d!r} {unit}"}
-            return direct_stiffness(rs.load("3-rps", parameters=given), pose[0]).K
-
-        expected = of_fourth_order(K, h)
-        error = np.abs(found[f"dK/d{by}"][0] - expected).max() / np.abs(expected).max()
-        assert error <= 1e-8
 
 
 def test_second_derivatives_are_derivatives_of_derivatives():

@@ -5,8 +5,8 @@ import pytest
 
 import robostiff as rs
 from robostiff.analysis.posed_stiffness import direct_stiffness
-from tests.analysis.kernels.cases import BACKENDS, around_home, model, row
-from tests.files import written
+from tests.analysis.kernels.cases import BACKENDS, around_home, model, of_fourth_order, row
+from tests.files import FILES, text_of, written
 
 ROBOTS = {
     "hexapod": ("R", "alpha", "k_screw", "cylinder"), "3-rrr": ("l1", "l2", "k"),
@@ -67,39 +67,28 @@ def test_guarded_poses_are_computed_with_their_own_values():
         )
 
 
-@pytest.mark.parametrize(("name", "by"), [("3-rrr", "l2"), ("tripteron", "l"), ("hexapod", "R")])
+@pytest.mark.parametrize(
+    ("name", "by"),
+    [("3-rrr", "l2"), ("tripteron", "l"), ("hexapod", "R"), ("3-rps", "R"), ("3-rps", "k")],
+)
 def test_derivatives_by_parameters_are_limits_of_differences(name, by):
-    robot = model(name, by)
-    rate = rs.Derivative(rs.StiffnessMatrix(), by)
+    """Also of robots that are closed by iteration, and at other values than the nominal ones."""
+    robot, rate = model(name, by), rs.Derivative(rs.StiffnessMatrix(), by)
     compiled = rs.compile(robot, [rate], parameters=(by,), backend=rs.Backend.ARRAYS)
-    pose = around_home(robot, 5)
-    value, step = robot.nominal[by], 1e-5 * robot.nominal[by]
-    up, down = (direct_stiffness(robot.substituted({by: value + s}), pose).K for s in (step, -step))
-    expected = (up - down) / (2 * step)
-    np.testing.assert_allclose(
-        compiled.evaluate(pose).values[rate.name],
-        expected,
-        rtol=1e-6,
-        atol=1e-7 * np.abs(expected).max(),
-    )
+    pose, value = around_home(robot, 5), 1.02 * robot.nominal[by]
 
+    def K(shift):
+        return direct_stiffness(robot.substituted({by: value + shift}), pose).K
 
-STRUCTURE = """
-robostiff: 1
-name: frame
-source: made up
-parameters: {h: 0.5 m}
-coordinates: []
-legs:
-  - name: post
-    chain:
-      - {type: beam, name: bar, to: [0, 0, h], material: steel, section: {circle: {diameter: 2 cm}}}
-"""
+    expected = of_fourth_order(K, 3e-4 * value)
+    found = compiled.evaluate(pose, parameters={by: value}).values[rate.name]
+    sizes = np.abs(expected).max(axis=(1, 2), keepdims=True)
+    assert np.all(np.abs(found - expected) <= 1e-8 * sizes)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_a_structure_has_one_pose_and_as_many_values_as_wanted(backend, tmp_path):
-    robot = rs.load(written(tmp_path / "frame.yaml", STRUCTURE), symbols=("h",))
+def test_a_structure_has_one_pose_and_as_many_values_as_wanted(backend):
+    robot = rs.load(FILES / "one-post.yaml", symbols=("h",))
     for parameters, heights in ((("h",), [0.4, 0.5, 0.7]), ((), [0.5])):
         outputs = [rs.StiffnessMatrix(), rs.ComplianceMatrix()]
         compiled = rs.compile(robot, outputs, parameters=parameters, backend=backend)
@@ -139,41 +128,7 @@ def test_rates_of_an_arm_with_a_length_hold_its_joints_and_not_its_pose():
     assert np.isfinite(of_joint.evaluate(pose).values["dK/dq0"]).all()
 
 
-ARM = """
-robostiff: 1
-name: arm
-source: made up
-materials: {own: {E: E, poisson_ratio: nu}}
-parameters: {D: 50 mm, d: 48 mm, b: 60 mm, w: 5 mm, nu: 0.3, E: 70 GPa, c: 1e6 N m/rad, p: 0.2,
-  u: 0.7 m, v: 0.1 m, n: 0.6, load: 2 kg, o: 0.5}
-legs:
-  - name: arm
-    chain:
-      - {type: revolute, name: shoulder, axis: z, role: actuated, stiffness: c*(1 - p)}
-      - type: beam
-        name: upper
-        to: [v - u, 0, 0]
-        material: steel
-        section: {tube: {outer_diameter: D, inner_diameter: d}}
-      - {type: revolute, name: elbow, axis: y, role: actuated, home: 0.9}
-      - type: beam
-        name: fore
-        to: [0.5, 0, 0]
-        y_axis: y
-        material: own
-        taper:
-          - {share: n, section: {box: {width_y: b, height_z: b, wall: w}}}
-          - {share: 1 - n, section: {circle: {diameter: 4 cm}}}
-        mass: load - p*(1 kg)
-      - type: telescope
-        name: rod
-        direction: x
-        role: locked
-        home: 20 cm
-        beams:
-          - {share: o, fixed: u - v, material: steel, section: {circle: {diameter: 4 cm}}}
-          - {share: 1 - o, fixed: v, material: steel, section: {circle: {diameter: 4 cm}}}
-"""
+ARM = text_of("arm-of-many-parameters.yaml")
 MISSING_PARTS = {
     "wall": ({"w": [0.005, 0.03, 0.04]}, r"wall of the box of 'fore' in row 1.*w = 0.03.*half"),
     "tube": ({"d": [0.03, 0.04, 0.051]}, r"inner diameter .* of 'upper' in row 2.*got 0.051"),

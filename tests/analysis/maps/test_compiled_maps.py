@@ -89,19 +89,6 @@ def test_what_kernels_cannot_do_is_left_to_the_batched_form(name, poses, quantit
         checked_job(robot, source, quantities, wrench=wrench, method=Compiled())
 
 
-def test_maps_by_both_methods_are_the_same():
-    robot = rs.load("hexapod")
-    grid = Grid(x=Axis(-0.1, 0.1, 5), z=Axis(0.6, 1.4, 9), rz=Axis(-0.3, 0.3, 3))
-    one, two = (rs.stiffness_map(robot, grid, OF_K, method=m) for m in (ARRAYS, Batched()))
-    assert one.attrs["method"] != two.attrs["method"]
-    assert 0 < one.attrs["poses_reachable"] == two.attrs["poses_reachable"] < 135
-    for name in one.data_vars:
-        size = float(np.abs(two[name]).max())
-        xarray.testing.assert_allclose(
-            one[name].drop_attrs(), two[name].drop_attrs(), rtol=1e-5, atol=1e-7 * size
-        )
-
-
 def test_where_and_threads_change_no_bit_of_a_compiled_map():
     robot, poses = rs.load("3-rpr"), RandomPoses(300_000, {"x": (-0.1, 0.1)}, seed=2)
     one, two = (rs.stiffness_map(robot, poses, scheduler=Threads(n)) for n in (1, 2))

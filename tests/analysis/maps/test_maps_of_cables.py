@@ -14,15 +14,6 @@ from robostiff.spatial import Frame, Space
 from robostiff.spatial.rotation import matrix_of_rotation
 from tests.cables.machines import random_robot
 
-GRIDS = {
-    "cable-4-planar": rs.Grid(
-        x=rs.Axis(0.05, 1.95, 5), y=rs.Axis(0, 1.5, 5), rz=rs.Axis(0, 0.2, 2)
-    ),
-    "cable-8": rs.Grid(x=rs.Axis(-1.94, 1.94, 4), y=rs.Axis(-1.44, 1.44, 3), z=rs.Axis(0, 2.1, 4)),
-    "cable-3-suspended": rs.Grid(x=rs.Axis(-0.2, 0.2, 3), z=rs.Axis(-3, -1, 4)),
-    "cable-8-suspended": rs.Grid(x=rs.Axis(-6, 6, 5), z=rs.Axis(0, 6, 4)),
-}
-
 
 def planar_robot(seed: int, cables: int) -> rs.CableRobot:
     """Cables from a circle to a small platform in the plane."""
@@ -140,13 +131,6 @@ def assert_same(robot: rs.CableRobot, found, wrench: np.ndarray) -> None:
 
 def small_wrench(robot: rs.CableRobot) -> np.ndarray:
     return np.array([0.3, -0.5, 0.2, 0.02, 0.01, -0.03])[list(robot.space.rows)]
-
-
-@pytest.mark.parametrize("name", GRIDS)
-def test_each_pose_is_that_of_the_single_pose(name):
-    robot = rs.load(name)
-    F = small_wrench(robot)
-    assert_same(robot, rs.stiffness_map(robot, GRIDS[name], rs.Quantity, wrench=F), F)
 
 
 @pytest.mark.parametrize("i", range(14))

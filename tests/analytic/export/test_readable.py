@@ -16,9 +16,9 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
-from robostiff.analytic.export.blocks import Nomenclature
 from robostiff.analytic.export.entries import factored_matrix, in_decimals, readable
 from robostiff.analytic.export.language import broken_lines, wrapped_formula
+from robostiff.analytic.export.notation import Nomenclature
 from robostiff.analytic.export.outline import outline_of
 from robostiff.analytic.vectors.vector_expressions import names_in
 from robostiff.errors import InputError

@@ -20,13 +20,13 @@ from robostiff.analytic.export import (
     derivation_text,
     derivation_typst,
 )
-from robostiff.analytic.export.blocks import (
+from robostiff.analytic.export.languages import LATEX, latex_words
+from robostiff.analytic.export.notation import (
     EquationRows,
     FormulaTable,
     MatrixEquation,
     Nomenclature,
 )
-from robostiff.analytic.export.languages import LATEX, latex_words
 from robostiff.analytic.export.outline import outline_of
 from robostiff.errors import InputError
 from tests.analytic.export.derivations import ALL

@@ -104,6 +104,8 @@ def test_springs_that_cannot_be(tmp_path):
         ('<motor joint="j1"/>', None),
         ('<position joint="j1" class="geared" kp="2"/>', 200),  # all kinds share their defaults
         ('<position joint="j1" class="slow" kp="2"/>', 18),
+        ('<position joint="j1" class="gain"/>', 630),
+        ('<position joint="j1" class="motors"/>', 20),  # the last of its defaults is a motor
     ],
 )
 def test_stiffness_of_drives_is_that_of_mujoco(drives, k, tmp_path):
@@ -111,6 +113,9 @@ def test_stiffness_of_drives_is_that_of_mujoco(drives, k, tmp_path):
     strong = '<default class="strong"><position kp="70"/></default>'
     strong += '<default class="geared"><motor gear="10"/></default>'
     strong += '<default class="slow"><velocity kv="4" gear="3"/></default>'
+    strong += '<default class="gain"><general gainprm="70" biastype="affine" gear="3"/></default>'
+    strong += '<default class="motors"><position kp="50"/><motor ctrlrange="-1 1"/>'
+    strong += '<damper kv="2" gear="1" ctrlrange="0 1"/></default>'
     head = f'<default><position kp="20"/>{strong}</default>'
     mjcf = _arm(drives, head=head).replace('name="j1"', 'name="j1" range="-60 60"')
     found, _ = _stiffnesses(tmp_path, mjcf, "joints: {j2: {role: locked, stiffness: 1}}\n")
@@ -137,6 +142,8 @@ LEFT_OUT = [
         "not read: tendons rope",
     ),
     ({"drives": SERVOS, "head": '<option gravity="0 -9.81 0"/>'}, "not read: gravity 0 -9.81 0"),
+    ({"drives": SERVOS, "head": '<option actuatorgroupdisable="1"><flag spring="disable"/>'
+      '</option>'}, "switch off springs, drives or loops, "),
     ({"drives": SERVOS + '<position site="tip" name="s" kp="3"/>'}, "drives of sites or bodies s"),
     ({"drives": SERVOS + '<muscle joint="j1" name="m" lengthrange="0 1"/>'},
      "forces that a drive has by its position m"),
@@ -187,7 +194,7 @@ def test_what_holds_a_robot_and_is_not_read_is_named(parts, words, tmp_path):
 def test_the_gravity_of_mujoco_and_none_are_passed_over(tmp_path):
     side = "joints: {j1: {stiffness: 1000}, j2: {stiffness: 2000}}\n"
     for gravity in ("0 0.0 -9.81", "0 0 0"):
-        head = f'<option gravity="{gravity}"/>'
+        head = f'<option gravity="{gravity}"><flag constraint="disable"/></option>'  # of no loops
         assert _stiffnesses(tmp_path, _arm(SERVOS, head=head), side) == ([1000, 2000], [])
 
 

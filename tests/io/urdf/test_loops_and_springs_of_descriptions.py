@@ -167,7 +167,10 @@ HELD = TOOL + "joints: {j: {stiffness: 10}}\n"
      ('<Origin xyz="1 0 0"/>', "not read: <Origin> of j;"),
      ('<origin xyz="0 0 0" rpv="1 0 0"/>', "not read: rpv in <origin> of j;"),
      ('<axis xyz="1 0 0"/>', "not read: a second <axis> of j;"),
-     ('<drake:mimic joint="i" gear_ratio="3"/>', "not read: <drake:mimic> of j;")],
+     ('<drake:mimic joint="i" gear_ratio="3"/>', "not read: <drake:mimic> of j;"),
+     ('<dynamics damping="1" K="700"/>', "not read: K in <dynamics> of j;"),
+     ("<dynamics><stiffness>7</stiffness></dynamics>", "not read: <stiffness> in <dynamics> of j;"),
+     ("<mimic><joint>i</joint></mimic>", "not read: <joint> in <mimic> of j;")],
 )  # fmt: skip
 def test_parts_of_a_joint_that_are_not_read_are_named(inside, words, tmp_path):
     _, said = _loaded(tmp_path, ARM.format(inside, ""), HELD)
@@ -177,6 +180,10 @@ def test_parts_of_a_joint_that_are_not_read_are_named(inside, words, tmp_path):
 DRIVE = """<transmission name="t"><joint name="jj"/><actuator name="m">
 <rotorInertia>1</rotorInertia></actuator></transmission>"""
 BODY = '<mass value="2"/><inertia ixx="1" iyy="1" izz="1"/>'
+FOLLOWER = {
+    "ros2_control": '<ros2_control><joint name="j"><param name="mimic">i</param></joint>',
+    "gazebo": "<gazebo><plugin><mimicJoint>j</mimicJoint><joint>i</joint></plugin>",
+}
 
 
 @pytest.mark.parametrize(
@@ -184,6 +191,14 @@ BODY = '<mass value="2"/><inertia ixx="1" iyy="1" izz="1"/>'
     [("</robot>", SPRING_OF_GAZEBO.replace('"j"', '"jj"'), "springs of no joint, jj"),
      ("</robot>", DRIVE, "rotors of no joint, jj"),
      ("</robot>", DRIVE.replace(' name="jj"', ""), "rotors of no joint, without a name"),
+     ('<axis xyz="0 1 0"/>', "<axis><xyz>0 1 0</xyz></axis>", "<xyz> in <axis> of j"),
+     ('<axis xyz="0 1 0"/>', "<axis>0 1 0</axis>", "text in <axis> of j"),
+     ('lower="-1" upper="1"', 'min="-1" max="1"', "min in <limit> of j"),
+     ('"a"/>', '"a"><inertial><mass>2</mass></inertial></link>', "text in <mass> of a"),
+     ("</robot>", FOLLOWER["ros2_control"] + "</ros2_control>",
+      "joints that follow others by ros2_control or a plugin, j"),
+     ("</robot>", FOLLOWER["gazebo"] + "</gazebo>",
+      "joints that follow others by ros2_control or a plugin, j"),
      ('"a"/>', f'"a"><Inertial>{BODY}</Inertial></link>', "<Inertial> of a"),
      ('"a"/>', f'"a"><intertial>{BODY}</intertial></link>', "<intertial> of a"),
      ('"a"/>', f'"a">{BODY}</link>', "<mass> of a"),

@@ -58,19 +58,22 @@ _ATTRIBUTES_LEFT_OUT = {
 }
 _COPYING = ("replicate", "composite")
 _DRIVEN = ("joint", "jointinparent")
-# What of a drive decides its stiffness.
+# What of a drive decides its stiffness, or that of a servo that has it by default as its gain.
 _SERVOS = {
     "position": frozenset(("kp",)),
     "intvelocity": frozenset(("kp", "actrange", "actlimited")),
-    "general": frozenset(("biastype", "biasprm")),
-    "cylinder": frozenset(("bias",)),
+    "general": frozenset(("gaintype", "gainprm", "biastype", "biasprm")),
+    "cylinder": frozenset(("bias", "area", "diameter")),
+    "velocity": frozenset(("kv",)),
 }
 # Without a stiffness that is read; they become motors.
 _MOTORS = ("motor", "damper", "muscle", "adhesion", "dcmotor", "pid", "orientation", "plugin")
 _WITHOUT_FORCE_OF_POSITION = frozenset(("motor", "velocity", "damper", "dcmotor"))
 _OF_POSITION = frozenset(("controller", "cogging"))  # of a dcmotor
-_AFFINE = frozenset(("none", "affine"))
+_AFFINE = frozenset(("none", "fixed", "affine"))
 _FLEXIBLE = frozenset(("flexcomp", "flex"))
+_DISABLED, _GROUPS = "options that switch off springs, drives or loops,", "actuatorgroupdisable"
+_OF_LOOPS, _OF_PARTS = ("constraint", "equality"), ("passive", "spring", "actuation")
 _NO_LOOPS = ("tendon", "flex", "flexvert", "flexstrain")
 
 
@@ -178,23 +181,22 @@ def _keep_kinematics(root: XmlElement) -> None:
                 if not set(_DRIVEN).isdisjoint(own.attributes)
             ]
         elif element.tag == "default":
-            element.children = [
-                _kept_servo(own)
-                for own in element.children
-                if own.tag not in _MOTORS or not {"gear", "armature"}.isdisjoint(own.attributes)
-            ]
+            kept = [_kept_servo(own) for own in element.children]
+            motors = [own for own in kept if own.tag == "motor"]
+            for own in motors[1:]:  # of other kinds, as one
+                motors[0].attributes.update(own.attributes)
+            element.children = [own for own in kept if own not in motors[1:]]
         for name in _ATTRIBUTES_LEFT_OUT.get(element.tag, ()):
             element.attributes.pop(name, None)
 
 
 def _kept_servo(drive: XmlElement) -> XmlElement:
     """A drive with what decides its stiffness alone; drives of all kinds have the same defaults."""
-    if drive.tag not in {*_SERVOS, *_MOTORS, "velocity"}:
+    if drive.tag not in {*_SERVOS, *_MOTORS}:
         return drive
     attributes = drive.attributes
     read = {"class", "gear", "armature", *_DRIVEN, *_SERVOS.get(drive.tag, ())}
-    if attributes.get("biastype", "none") not in _AFFINE:
-        read -= {"biastype"}
+    read -= {key for key in ("gaintype", "biastype") if attributes.get(key, "none") not in _AFFINE}
     kept = {key: text for key, text in attributes.items() if key in read}
     tag = "motor" if drive.tag in _MOTORS else drive.tag
     return XmlElement(tag, kept, drive.location, [])
@@ -211,6 +213,15 @@ def _parts_not_read(root: XmlElement) -> dict[str, list[tuple[str, Location]]]:
     options = [own for own in _all(root) if own.tag == "option"]
     written = [(own.attributes.get("gravity", ""), own.location) for own in options]
     found = {"tendons": [], "gravity": [own for own in written if _pulls(own[0].split())]}
+    has_loops = any(own.tag == "equality" and own.children for own in _all(root))
+    flags = _OF_PARTS + _OF_LOOPS * has_loops
+    found[_DISABLED] = [
+        (key, flag.location)
+        for option in options
+        for flag in (option, *option.all("flag"))
+        for key, text in flag.attributes.items()
+        if key == _GROUPS or (key in flags and text == "disable")
+    ]
     tendons: list[XmlElement] = []
     pulled: set[str | None] = set()
     sprung = False  # by a class of defaults
@@ -319,15 +330,8 @@ _LINE = re.compile(r",? line (\d+)")
 _REAL = frozenset(
     (
         *("body_pos", "body_quat", "site_pos", "site_quat", "jnt_pos", "jnt_axis", "jnt_range"),
-        *(
-            "jnt_stiffness",
-            "jnt_stiffnesspoly",
-            "qpos0",
-            "qpos_spring",
-            "eq_data",
-            "actuator_biasprm",
-            "actuator_gear",
-        ),
+        *("jnt_stiffness", "jnt_stiffnesspoly", "qpos0", "qpos_spring", "eq_data"),
+        *("actuator_biasprm", "actuator_gear"),
         *("body_mass", "body_ipos", "body_iquat", "body_inertia", "dof_armature"),
     )
 )
@@ -378,7 +382,7 @@ def _compiled(text: str, file: str) -> CompiledModel:
 
 def read_model(model: Any) -> CompiledModel:
     """Names and arrays of an ``mujoco.MjModel``."""
-    from robostiff_interop.compile_mjcf import names_and_arrays
+    from robostiff_interop.compile_mjcf import mujoco, names_and_arrays
 
     data = names_and_arrays(model)
     place = Location(f"model of MuJoCo {data['name']!r}")
@@ -390,6 +394,12 @@ def read_model(model: Any) -> CompiledModel:
     gravity = [f"{acceleration:g}" for acceleration in model.opt.gravity]
     moving = {
         "gravity": [" ".join(gravity)] * _pulls(gravity),
+        _DISABLED: [
+            key
+            for key in _OF_PARTS + _OF_LOOPS * bool(model.neq)
+            if model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{key.upper()}", 0)
+        ]
+        + [_GROUPS] * bool(model.opt.disableactuator),
         "tendons": [
             model.tendon(i).name or str(i)
             for i in range(model.ntendon)

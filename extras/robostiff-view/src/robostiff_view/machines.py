@@ -44,6 +44,7 @@ class Machine:
     size: float
     box: tuple[np.ndarray, np.ndarray]
     sliders: tuple[Slider, ...]
+    exaggeration = 1000.0  # of the displacements that were drawn last
 
     def __init__(self, robot: Any, pose: Any = None) -> None:
         self.robot, self.name, self.space = robot, robot.name, robot.space
@@ -84,7 +85,7 @@ class Machine:
     def layers(self, answer: Deflection | CableResponse, look: Look) -> Layers:
         """Layers that are wanted, with ellipsoids on the scale of the first answer that has one."""
         drawn = layers_of(answer, look.seen, exaggeration=look.exaggeration, scales=self._scales)
-        self._scales = drawn.scales
+        self._scales, self.exaggeration = drawn.scales, drawn.exaggeration or self.exaggeration
         return drawn
 
 

@@ -173,7 +173,7 @@ class LivePage:
             self._add_reset("no load", of_load, 0.0)
             self._automatic = gui.add_checkbox("automatic scale", initial_value=True)
             self._exaggeration = gui.add_number(
-                "displacements ×", 1000.0, min=0.0, max=_MOST, disabled=True
+                "displacements ×", 1000.0, min=0.0, max=_MOST, visible=False
             )
             self._automatic.on_update(self._let_scale)
             for handle in (self._automatic, self._exaggeration):
@@ -206,7 +206,9 @@ class LivePage:
         handle.on_update(lambda _: self._changed.set())
 
     def _let_scale(self, _: Any) -> None:
-        self._exaggeration.disabled = bool(self._automatic.value)
+        if not self._automatic.value:
+            self._exaggeration.value = min(_MOST, self._machine.exaggeration)
+        self._exaggeration.visible = not self._automatic.value
 
     def _aim(self) -> None:
         """A grid below the robot, and a view of all of it."""

@@ -368,3 +368,12 @@ def different_entries(K: Any) -> list[Any]:
         if entry != 0 and -entry not in entries:
             entries[entry] = None
     return list(entries)
+
+
+def matrix_of(M: Any, change: Callable[[Any], Any]) -> sp.ImmutableMatrix:
+    """A matrix with others for its entries; those that differ by their sign alone still do."""
+    found: dict[Any, Any] = {}
+    for entry in M.flat():
+        if entry not in found:
+            found[entry] = -found[-entry] if -entry in found else change(entry)
+    return sp.ImmutableMatrix(M.rows, M.cols, [found[entry] for entry in M.flat()])

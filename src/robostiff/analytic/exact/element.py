@@ -193,12 +193,17 @@ def root_of(radicand: Any) -> Any:
     """A square root of what is real, as SymPy would write it; it would look for imaginary parts."""
     if not (radicand.is_Add or radicand.is_Mul):
         return sp.sqrt(radicand)
-    root = sp.Pow(radicand, sp.S.Half, evaluate=False)
-    factors = radicand.args if radicand.is_Mul else ()
+    factors = radicand.args if radicand.is_Mul else (radicand,)
     # Where it would find no factor of a known sign, it looks longest.
-    if all(x is sp.S.NegativeOne or _is_of_either_sign(x) for x in factors):
-        return root
-    return sp.expand_power_base(root, deep=False)
+    rest = [x for x in factors if x is sp.S.NegativeOne or _is_of_either_sign(x)]
+    plain = (x for x in factors if x.is_Symbol or x.is_Rational or (x.is_Pow and x.base.is_Symbol))
+    known = [x for x in plain if x.is_positive]
+    if radicand.is_Add or len(rest) == len(factors):
+        return sp.Pow(radicand, sp.S.Half, evaluate=False)
+    if rest and len(known) + len(rest) == len(factors):
+        outside = sp.Mul(*(sp.Pow(x, sp.S.Half, evaluate=False) for x in known))
+        return outside * sp.Pow(sp.Mul(*rest), sp.S.Half, evaluate=False)
+    return sp.expand_power_base(sp.Pow(radicand, sp.S.Half, evaluate=False), deep=False)
 
 
 def _is_of_either_sign(expression: Any) -> bool:

@@ -11,7 +11,18 @@ from typing import Any
 import sympy as sp
 
 from robostiff.analytic.derivation import Derivation, RobotDerivation
-from robostiff.analytic.export.blocks import (
+from robostiff.analytic.export.entries import EntryNames, readable_matrix, symbols_of
+from robostiff.analytic.export.language import fit, math_width, room_beside
+from robostiff.analytic.export.languages import (
+    LATEX,
+    MARKDOWN,
+    MATHML,
+    ROOM_ON_ITS_SIDE,
+    ROOM_UPRIGHT,
+    TEXT,
+    TYPST,
+)
+from robostiff.analytic.export.notation import (
     Block,
     EquationRows,
     FormulaTable,
@@ -24,17 +35,6 @@ from robostiff.analytic.export.blocks import (
     is_value,
     own_axes,
     transport,
-)
-from robostiff.analytic.export.entries import EntryNames, readable_matrix, symbols_of
-from robostiff.analytic.export.language import fit, math_width, room_beside
-from robostiff.analytic.export.languages import (
-    LATEX,
-    MARKDOWN,
-    MATHML,
-    ROOM_ON_ITS_SIDE,
-    ROOM_UPRIGHT,
-    TEXT,
-    TYPST,
 )
 from robostiff.analytic.export.outline import outline_of
 from robostiff.analytic.legs import LegElimination

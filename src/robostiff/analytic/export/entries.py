@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Formula
-from robostiff.analytic.exact.definition import count_of
+from robostiff.analytic.exact.definition import count_of, matrix_of
 from robostiff.analytic.exact.factors import bound_of_terms, factors_of
 from robostiff.analytic.exact.field import ExactField
 from robostiff.errors import InputError
@@ -334,12 +334,8 @@ def readable(expression: Any) -> Any:
 
 
 def readable_matrix(M: sp.ImmutableMatrix) -> sp.ImmutableMatrix:
-    """A matrix of readable entries; those that differ by the sign alone still do."""
-    written: dict[Any, Any] = {}
-    for entry in M.flat():
-        if entry not in written:
-            written[entry] = -written[-entry] if -entry in written else readable(entry)
-    return sp.ImmutableMatrix(M.rows, M.cols, [written[entry] for entry in M.flat()])
+    """A matrix of readable entries."""
+    return matrix_of(M, readable)
 
 
 def factored_matrix(K: sp.ImmutableMatrix) -> tuple[sp.Expr, sp.ImmutableMatrix]:

@@ -12,17 +12,17 @@ from typing import Any, ClassVar
 
 import sympy as sp
 
-from robostiff.analytic.export.blocks import (
+from robostiff.analytic.export.entries import GREEK, ordered_terms, printed_product
+from robostiff.analytic.export.notation import (
     Block,
     EquationRows,
     FormulaTable,
     MatrixEquation,
     Nomenclature,
+    Notation,
     Sentences,
     Title,
 )
-from robostiff.analytic.export.entries import GREEK, ordered_terms, printed_product
-from robostiff.analytic.export.notation import Notation
 from robostiff.analytic.vectors.vector_expressions import Equation, Vector
 from robostiff.errors import printable
 from robostiff.frozen import frozen

@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 
 from sympy.printing.str import StrPrinter
 
-from robostiff.analytic.export.blocks import Block, MatrixEquation
 from robostiff.analytic.export.entries import GREEK, decimal, ordered_terms
 from robostiff.analytic.export.language import Language, Row, fit, wrapped_formula, wrapped_words
+from robostiff.analytic.export.notation import Block, MatrixEquation
 from robostiff.markup import element, escaped, typst_text
 
 

@@ -11,7 +11,8 @@ import sympy as sp
 
 from robostiff.analytic.derivation import Formula
 from robostiff.analytic.exact.definition import Condition, Definition
-from robostiff.analytic.export.blocks import (
+from robostiff.analytic.export.entries import EntryNames, differential_parts
+from robostiff.analytic.export.notation import (
     OWN_AXES,
     Block,
     EquationRows,
@@ -22,7 +23,6 @@ from robostiff.analytic.export.blocks import (
     is_value,
     meanings_of_given,
 )
-from robostiff.analytic.export.entries import EntryNames, differential_parts
 from robostiff.analytic.vectors.forms import InSeries, VectorForm
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,

@@ -9,7 +9,15 @@ import sympy as sp
 from robostiff.analytic.calculus import ComplianceSteps, FormulaDerivative, derivative_name
 from robostiff.analytic.derivation import Derivation, RobotDerivation
 from robostiff.analytic.exact.definition import used_definitions
-from robostiff.analytic.export.blocks import (
+from robostiff.analytic.export.entries import EntryNames, readable_matrix
+from robostiff.analytic.export.nomenclature import (
+    OF_T,
+    meanings_of_legs,
+    nomenclature_of,
+    with_conditions,
+    with_springs,
+)
+from robostiff.analytic.export.notation import (
     OWN_AXES,
     Block,
     EquationRows,
@@ -27,14 +35,6 @@ from robostiff.analytic.export.blocks import (
     stiffness_equation,
     transport,
     unless_long,
-)
-from robostiff.analytic.export.entries import EntryNames, readable_matrix
-from robostiff.analytic.export.nomenclature import (
-    OF_T,
-    meanings_of_legs,
-    nomenclature_of,
-    with_conditions,
-    with_springs,
 )
 from robostiff.analytic.export.robot_outline import outline_in_vectors, robot_outline, vector_level
 from robostiff.analytic.legs import LegElimination

@@ -11,7 +11,14 @@ import sympy as sp
 
 from robostiff.analytic.derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.exact.definition import Definition, used_definitions
-from robostiff.analytic.export.blocks import (
+from robostiff.analytic.export.entries import DIGITS, EntryNames, in_decimals
+from robostiff.analytic.export.nomenclature import (
+    OF_STRUTS,
+    letters_of_beam,
+    meanings_of_legs,
+    nomenclature_of,
+)
+from robostiff.analytic.export.notation import (
     OWN_AXES,
     Block,
     EquationRows,
@@ -27,14 +34,7 @@ from robostiff.analytic.export.blocks import (
     transport,
     unless_long,
 )
-from robostiff.analytic.export.entries import DIGITS, EntryNames, in_decimals
-from robostiff.analytic.export.nomenclature import (
-    OF_STRUTS,
-    letters_of_beam,
-    meanings_of_legs,
-    nomenclature_of,
-)
-from robostiff.analytic.placement.turned_legs import turn_in_words
+from robostiff.analytic.placement.agreement import turn_in_words
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.vectors.forms import InSeries, VectorForm, beam_compliances
 from robostiff.analytic.vectors.vector_expressions import Coordinates, Equation, Sum, Vector

@@ -14,6 +14,7 @@ from robostiff.errors import InputError, Words
 from robostiff.frozen import field, frozen
 from robostiff.kinematics.formula import FormulaPose
 from robostiff.kinematics.pose import held_sums
+from robostiff.kinematics.turn import turn_by_cosine
 from robostiff.model import Coordinate, Passive, Robot
 from robostiff.record import Entry, cosine, sine, square_root
 from robostiff.spatial import Space, exact_number
@@ -106,10 +107,8 @@ class EulerAngles:
         """The rotation (3, 3), of numbers or entries."""
         R = np.eye(3, dtype=int).astype(object)
         for axis, angle in reversed(self.factors(values)):
-            c, s, turn = cosine(angle), sine(angle), np.eye(3, dtype=int).astype(object)
-            i, j = (("xyz".index(axis) + k) % 3 for k in (1, 2))
-            turn[i, i], turn[i, j], turn[j, i], turn[j, j] = c, -s, s, c
-            R = turn @ R
+            e = np.eye(3, dtype=int)["xyz".index(axis)]
+            R = turn_by_cosine(e, cosine(angle), sine(angle)) @ R
         return R
 
     def of_rotation(self, R: np.ndarray) -> dict[str, float]:

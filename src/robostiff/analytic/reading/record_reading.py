@@ -147,6 +147,9 @@ class StepReading:
         for step in steps:
             arguments = {x: self._of_step(x) for x in record.arguments(step)}
             expression = reading.written(step, arguments)
+            if expression.is_Add and any(x.is_Mul and x.has(sp.Add) for x in expression.args):
+                plain = sp.Add(*(sp.expand_mul(x, deep=False) for x in expression.args))
+                expression = min(expression, plain, key=count_of)
             if expression.is_Mul and not expression.args[0].is_Symbol:
                 number, rest = _number_and_rest(expression)
                 if rest in multiples:  # sqrt(3) t_1, where that is shorter

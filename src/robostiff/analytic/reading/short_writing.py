@@ -56,7 +56,7 @@ _ROUNDS = 30
 _PATIENCE = 1  # rounds that may find nothing shorter
 _SAME = 1e-10
 _SPRINGS = ("c_", "k_", "EA", "EI", "GJ", "theta")  # names that the search does not write out
-_PAIRS, _DIFFERENCES, _SUMS = 12, 6, 8  # the most frequent ones, which are tried
+_PAIRS, _DIFFERENCES, _SUMS = 12, 3, 8  # the most frequent ones, which are tried
 
 
 def shortest(
@@ -387,7 +387,8 @@ class _Search:
                 new = self.name("theta", sp.acos(above / side))
                 sine = side * sp.sin(new.symbol)
                 put = [(above, side * sp.cos(new.symbol)), (radicand, sine**2)]
-                put += [(radicand**half, sine ** (2 * half)) for half in (sp.S.Half, -sp.S.Half)]
+                halves = (sp.S.Half, sine), (-sp.S.Half, 1 / sine)
+                put += [(sp.Pow(radicand, x, evaluate=False), whole) for x, whole in halves]
                 yield self.move(put_in, tuple(put), new=new)
 
     def by_compliances(self, w: Writing) -> Iterator[Move]:

@@ -18,7 +18,7 @@ import sympy as sp
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.reading.named_reading import NamedReading
-from robostiff.analytic.springs.unit_wrenches import IDLE, SampledLeg, UnitWrench, WrenchSearch
+from robostiff.analytic.springs.unit_wrenches import IDLE, UnitWrench, WrenchSearch
 from robostiff.elasticity import uniform_beam
 from robostiff.frozen import frozen
 from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
@@ -314,15 +314,14 @@ class LegReader:
         search, record = self.search, self.search.record
         as_leg = PlacedLeg(block.name, (block,), block.branches[0].end)
         wrenches = [w for branch in block.branches for w in self.of(branch)]
-        sample = SampledLeg.of(as_leg, search)
-        if sample is not None and sample.transmitted == len(wrenches):
+        if search.sampled(as_leg).transmitted == len(wrenches):
             # All of them together are a basis, and share no energy.
             frame = self._frame(block, [u for w in wrenches for _, u in w.parts])
             columns = tuple(w.seen_from(frame, search) for w in wrenches)
             found = BlockSprings(frame, columns, tuple(w.compliance for w in wrenches), search)
             self._blocks[id(block)] = found
             return found
-        basis = search.basis(as_leg, few_couplings=False)
+        basis = search.basis(as_leg)
         if basis is None:
             raise NoUnitWrenchesError
         units = basis.wrenches[::-1]  # forces first: they are moved by couples

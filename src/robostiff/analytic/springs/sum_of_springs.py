@@ -24,8 +24,7 @@ from robostiff.analytic.exact.definition import (
     operations_of,
     used_definitions,
 )
-from robostiff.analytic.placement.robot_placement import PlacedRobot
-from robostiff.analytic.placement.turned_legs import (
+from robostiff.analytic.placement.agreement import (
     COMPONENTS,
     Image,
     Orbit,
@@ -33,6 +32,7 @@ from robostiff.analytic.placement.turned_legs import (
     averages,
     orbits_of,
 )
+from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.combinations import name_combinations
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import written_size

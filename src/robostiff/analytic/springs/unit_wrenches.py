@@ -16,93 +16,12 @@ import numpy as np
 import sympy as sp
 
 from robostiff.analytic.placement.robot_placement import PlacedRobot
-from robostiff.elasticity import Elasticity
-from robostiff.elastostatics.parallel_block import block_compliance
-from robostiff.elastostatics.tolerance import Tolerance
 from robostiff.frozen import frozen, replace
-from robostiff.kinematics.jacobians import spring_compliance
-from robostiff.model import PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
-from robostiff.record import Entry, Record, square_root
+from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.record import Entry, square_root
 from robostiff.recorded.elimination import WorkingFrame, cross, turned_back
-from robostiff.recorded.leg import at_samples
+from robostiff.recorded.leg import LegRecorder, SampledLeg, at_samples
 from robostiff.spatial import Space
-
-_RANK = 1e-7
-_ELASTIC = 1e-9  # of the largest compliance
-
-
-@frozen
-class SampledLeg:
-    """A leg at the samples: passive twists and compliance about the reference, scaled.
-
-    Rotations count by the length, and so do moments, so that all entries compare. A parallel block
-    inside the leg leaves free what no branch holds; its compliance is the inverse of the sum of
-    its branches, where they hold anything.
-    """
-
-    J: np.ndarray  # (count, n, p): unit twists that meet no resistance
-    C: np.ndarray  # (count, n, n): compliance under the wrenches that do no work on them
-    # number of independent such wrenches; None where it differs from sample to sample
-    transmitted: int | None
-
-    @property
-    def elastic_directions(self) -> int:
-        """In how many independent directions it yields with its passive joints held."""
-        tolerance = _ELASTIC * np.max(np.abs(self.C))
-        return int(np.min(np.linalg.matrix_rank(self.C, tol=tolerance, hermitian=True)))
-
-    @property
-    def redundant(self) -> tuple[bool, ...]:
-        """Which of its passive joints add no freedom to those before."""
-        count = self.J.shape[2]
-        ranks = [np.linalg.matrix_rank(self.J[:, :, :k], tol=_RANK) for k in range(1, count + 1)]
-        pairs = pairwise([np.zeros(len(self.J)), *ranks])
-        return tuple(bool(np.all(after == before)) for before, after in pairs)
-
-    @classmethod
-    def of(cls, leg: PlacedLeg, around: WrenchSearch) -> SampledLeg | None:
-        """A leg in numbers; None where a block holds different motions at different samples."""
-        record, rows, scale = around.record, list(around.space.rows), around.scale
-        reference = at_samples(around.reference, record.count)
-        at = np.asarray(around.reference, dtype=object)
-        n = len(rows)
-        C = np.zeros((record.count, n, n))
-        columns: list[np.ndarray] = []
-        for part in leg.elements:
-            if isinstance(part, PlacedBlock):
-                branches = [SampledLeg.of(branch, around) for branch in part.branches]
-                each = [(x.C, x.J) for x in branches if x and x.transmitted is not None]
-                if len(each) < len(branches):
-                    return None
-                block = block_compliance(each, np.ones(record.count), Tolerance())
-                if not np.all(np.linalg.norm(block.J_q, axis=1)):
-                    return None
-                C += block.C
-                columns += list(np.moveaxis(block.J_q, 2, 0))
-                continue
-            if isinstance(part, PlacedSpring):
-                R, p = at_samples(part.rotation, record.count), at_samples(part.point, record.count)
-                compliance = Elasticity(at_samples(part.elasticity.compliance, record.count))
-                compliance = spring_compliance(PlacedSpring("", p, R, compliance), reference)
-            else:
-                twist = at_samples(part.twist(at), record.count)
-                if part.is_passive:
-                    # Twists by shifts over the length, wrenches by moments: their work stays.
-                    twist = twist * np.where(np.arange(6) < 3, 1 / around.length, 1.0)
-                    columns.append(twist[:, rows])
-                    continue
-                if part.stiffness is None:
-                    continue
-                k = at_samples([part.stiffness], record.count)
-                compliance = twist[:, :, None] * twist[:, None, :] / k[:, :, None]
-            C += (compliance * scale[:, None] * scale)[:, rows][:, :, rows]
-        J = np.zeros((record.count, n, 0))
-        if columns:
-            J = np.stack(columns, axis=2)
-            J = J / np.linalg.norm(J, axis=1)[:, None, :]
-        ranks = {int(r) for r in np.linalg.matrix_rank(J, tol=_RANK)} if columns else {0}
-        return cls(J, C, n - ranks.pop() if len(ranks) == 1 else None)
-
 
 _SAME = 1e-10  # of a unit vector, or of the length
 IDLE = 1e-9  # work on a passive joint, and coupling of two wrenches
@@ -171,34 +90,20 @@ class Basis:
 
 
 @frozen
-class WrenchSearch:
+class WrenchSearch(LegRecorder):
     """Finds a basis of unit wrenches of which few or none share energy."""
-
-    record: Record
-    reference: np.ndarray  # (3,): reference point, entries or numbers
-    space: Space
-    length: float  # characteristic length [m]
 
     @classmethod
     def of(cls, placed: PlacedRobot) -> WrenchSearch:
         """For the legs of a robot."""
         return cls(placed.record, placed.reference, placed.entries.space, placed.length)
 
-    @property
-    def scale(self) -> np.ndarray:
-        """1 for forces and shifts, the length for moments: by it all entries compare (6,)."""
-        return np.array([1.0] * 3 + [self.length] * 3)
-
-    def basis(self, leg: PlacedLeg, *, few_couplings: bool = True) -> Basis | None:
-        """The simplest basis of what the passive joints transmit; None where none is found.
-
-        Also None, unless a basis with many couplings will do, where no basis has as few pairs that
-        share energy as it has wrenches.
-        """
+    def basis(self, leg: PlacedLeg) -> Basis | None:
+        """The simplest basis of what the passive joints transmit; None where none is found."""
         if any(s.elasticity.freedoms.shape[1] for s in leg.springs):
             return None
-        sample = SampledLeg.of(leg, self)
-        if sample is None or sample.transmitted is None:
+        sample = self.sampled(leg)
+        if sample.transmitted is None:
             return None
         if sample.transmitted == 0:
             return Basis((), sample.C[:, :0, :0])
@@ -206,8 +111,6 @@ class WrenchSearch:
         if len(places) < sample.transmitted:
             return None
         m = sample.transmitted
-        if few_couplings and _least_couplings([one[0].scaled for one in places], sample) > m:
-            return None
         found = list[_PlacedWrench]()
         for alike in places:
             each = []
@@ -231,8 +134,8 @@ class WrenchSearch:
 
     def of_wrenches(self, leg: PlacedLeg, wrenches: tuple[UnitWrench, ...]) -> Basis | None:
         """A basis of given wrenches; None where they are none of what a leg transmits."""
-        sample, count = SampledLeg.of(leg, self), self.record.count
-        if sample is None or sample.transmitted != len(wrenches):
+        sample, count = self.sampled(leg), self.record.count
+        if sample.transmitted != len(wrenches):
             return None
         each = [w.seen_from(self.reference, self) for w in wrenches]
         W = np.stack([at_samples(w, count) / self.scale for w in each], axis=1)
@@ -324,21 +227,6 @@ def _fewest_couplings(pool: Sequence[_PlacedWrench], sample: SampledLeg) -> Basi
         if rank[0] == 0:
             break
     return None if best is None else best[1]
-
-
-def _least_couplings(wrenches: Sequence[np.ndarray], sample: SampledLeg) -> int:
-    """A lower bound of the pairs of a basis that share energy.
-
-    Of m wrenches, each is without any at most with m - 1 others, and with as many as of all.
-    """
-    m = sample.transmitted or 0
-    W = np.stack(wrenches, axis=1)
-    A = np.abs(W @ sample.C @ np.swapaxes(W, 1, 2))
-    sizes = np.sqrt(np.einsum("naa->na", A))
-    apart = np.max(A - IDLE * sizes[:, :, None] * sizes[:, None, :], axis=0) <= 0
-    np.fill_diagonal(apart, False)
-    most = np.minimum(np.sum(apart, axis=1), m - 1)
-    return comb(m, 2) - int(np.sum(np.sort(most)[-m:])) // 2
 
 
 #: A vector at the samples (count, 3), and a function that writes its entries, None for none.

@@ -16,8 +16,8 @@ import sympy as sp
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import used_definitions
 from robostiff.analytic.exact.exact_points import values_of
+from robostiff.analytic.placement.agreement import COMPONENTS, averages, orbits_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
-from robostiff.analytic.placement.turned_legs import COMPONENTS, averages, orbits_of
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.springs.leg_springs import LegReader, NoUnitWrenchesError, sum_of
 from robostiff.analytic.springs.unit_wrenches import UnitWrench, WrenchSearch

@@ -20,7 +20,7 @@ from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.placement.robot_placement import PlacedRobot
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.springs.leg_springs import LegReader, recognised_beam, sum_of
-from robostiff.analytic.springs.unit_wrenches import Basis, SampledLeg, UnitWrench
+from robostiff.analytic.springs.unit_wrenches import Basis, UnitWrench
 from robostiff.analytic.vectors.vector_expressions import Cross, Norm, Stacked, Sum, Times
 from robostiff.analytic.vectors.vector_rods import (
     COSINE,
@@ -151,8 +151,8 @@ class WrenchWriter:
     def is_stiffness(self, placed_leg: PlacedLeg, leg: LegInVectors, rod: Bar) -> bool:
         """Whether a leg as it is written transmits and meets what it does at the samples."""
         search = self.springs.search
-        rows, sample = list(search.space.rows), SampledLeg.of(placed_leg, search)
-        if sample is None or sample.transmitted != len(leg.wrenches):
+        rows, sample = list(search.space.rows), search.sampled(placed_leg)
+        if sample.transmitted != len(leg.wrenches):
             return False
         rod.give_angle([w.parts[0] or w.parts[1] for w in leg.wrenches])
         W = np.stack([rod.at.of(w) for w in leg.wrenches], axis=2)[:, rows]

@@ -14,7 +14,8 @@ from typing import Any
 # Events that code from a file may cause after the imports of the task.
 _HARMLESS = frozenset(
     (
-        *("builtins.id", "exec", "import", "object.__getattr__", "sys._getframe"),
+        *("builtins.id", "exec", "import", "object.__getattr__"),
+        *("sys._getframe", "sys._getframemodulename"),
         *("glob.glob", "glob.glob/2", "pathlib.Path.glob", "pathlib.Path.rglob"),
         *("marshal.load", "marshal.loads", "os.fwalk", "os.listdir", "os.scandir", "os.walk"),
     )

@@ -397,6 +397,9 @@ def _parse_bytes(content: bytes, file: str, limits: Limits) -> Document:
         ) from None
     if not text.strip():
         raise FileError(Location(file), "empty file", expected="a YAML or JSON document")
+    if text.lstrip().startswith("<"):
+        got, hint = Words("XML"), "names of robot descriptions end in .urdf, .xacro, .xml or .mjcf"
+        raise FileError(Location(file), "file", got=got, expected="YAML or JSON", hint=hint)
     if file.lower().endswith(".json"):
         return _json_document(text, file, limits)
     if text.lstrip().startswith("{"):

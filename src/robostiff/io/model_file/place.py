@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
@@ -12,7 +13,7 @@ from annotated_types import MaxLen, MinLen
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, StringConstraints, Tag
 from pydantic_core import core_schema
 
-from robostiff.errors import FileError, InputError, Words
+from robostiff.errors import FileError, InputError, Words, warn_of_slip
 from robostiff.frozen import field, frozen
 from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
@@ -20,7 +21,7 @@ from robostiff.io.suggest import as_in_a_file
 from robostiff.io.units import Dimension, SIQuantity, question, to_si
 from robostiff.io.validation import plain
 from robostiff.model import Mass
-from robostiff.model.checks import rotation_matrix, unit_vector
+from robostiff.model.checks import FARTHEST, rotation_matrix, unit_vector
 from robostiff.spatial import Frame, is_formula
 from robostiff.spatial.formula import exact_array, exact_arrays, is_above, length_of
 from robostiff.spatial.rotation import matrix_of_rotation
@@ -30,6 +31,7 @@ _LARGEST_OF = {Dimension.LENGTH: 1e9, Dimension.AREA: 1e18, Dimension.ANGLE: 1e9
 # The smallest positive value, below the size of an atom.
 _LEAST = 1e-30
 _LEAST_OF = {Dimension.LENGTH: 1e-12, Dimension.AREA: 1e-24, Dimension.SECOND_MOMENT: 1e-48}
+_SMALL = re.compile(r"[-+]?[0-9.]+ *(mm|cm|um)")
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 """Unit vectors of a frame by name."""
 
@@ -103,7 +105,13 @@ class Place(DocumentPlace):
         return None if value is None else here.number(value, dimension, positive=positive)
 
     def vector(self, written: list[Any], dimension: Dimension) -> np.ndarray:
-        """Numbers of one dimension."""
+        """Numbers of one dimension; warns of metres beside millimetres, as in ``[50, 0, 3 mm]``."""
+        small = [found for value in written if (found := _SMALL.fullmatch(str(value)))]
+        for i, value in enumerate(written if small else ()):
+            if not isinstance(value, str) and 1 <= abs(value) <= FARTHEST:
+                ways = f"write {value} {small[0][1]}, or {value} m"
+                place, other = self.document.location((self / i).path), small[0][0]
+                warn_of_slip(f"{place}: {value} without a unit beside {other}; {ways}")
         return np.array([(self / i).number(value, dimension) for i, value in enumerate(written)])
 
     def point(self, written: list[Any] | None) -> np.ndarray:

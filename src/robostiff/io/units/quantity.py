@@ -297,7 +297,8 @@ def read_quantity(
     match = NUMBER.match(text, start + 1 if sign and sign in "+-" else start)
     if not match:
         expected = f"a number with an optional unit, such as {dimension.example}"
-        raise InputError(subject, got=text[start:], expected=expected)
+        hint = "write -" if sign and sign in "−–" else None
+        raise InputError(subject, got=text[start:], expected=expected, hint=hint)
     try:
         unit, end = read_unit(text, match.end())
     except InputError as error:
@@ -323,9 +324,17 @@ def of_allowed_length(text: str) -> str:
 
 
 def parse_quantities(
-    text: str, dimensions: Sequence[Dimension], names: Sequence[str], subject: str = "values"
+    text: str,
+    dimensions: Sequence[Dimension],
+    names: Sequence[str],
+    subject: str = "values",
+    *,
+    are_ends: bool = False,
 ) -> list[float]:
     """Read a row of numbers with optional units, as on a command line.
+
+    A number without a unit is refused before one of the same dimension with another unit than that
+    of SI, as ``-100 100 mm`` can be read in two ways.
 
     Parameters
     ----------
@@ -338,6 +347,9 @@ def parse_quantities(
         What each number is called in messages.
     subject : str
         What all of them together are called in messages.
+    are_ends : bool
+        Whether they are ends of a range; then a number without a unit is refused after one with
+        such a unit, too.
 
     Returns
     -------
@@ -377,9 +389,19 @@ def parse_quantities(
     if len(items) != len(dimensions):
         came = "1 number" if len(items) == 1 else f"{len(items)} numbers"
         raise InputError(subject, got=Words(came), expected=f"{len(dimensions)}: {' '.join(names)}")
+    rows = list(zip(items, dimensions, called, strict=True))
+    for i, ((quantity, written), dimension, item) in enumerate(rows):
+        others = rows if are_ends else rows[i + 1 :]
+        alike = [text for (q, text), kind, _ in others if kind is dimension and q.measures(kind)]
+        for beside in alike if quantity.is_bare and quantity.magnitude else ():
+            unit = NUMBER.sub("", beside, 1).strip(" +-")
+            if unit and parse_quantity(f"1 {unit}").magnitude != 1:
+                expected = f"a unit, as {beside!r} has one"
+                hint = f"write {written} {unit}, or {written} {dimension.si_unit}"
+                raise InputError(item, got=written, expected=expected, hint=hint)
     return [
         to_si(quantity, dimension, subject=item, got=written)
-        for (quantity, written), dimension, item in zip(items, dimensions, called, strict=True)
+        for (quantity, written), dimension, item in rows
     ]
 
 

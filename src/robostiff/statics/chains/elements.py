@@ -316,14 +316,6 @@ class FiniteCoupling:
         return replace(self, place=first, terms=tuple(terms))
 
 
-@frozen
-class Share:
-    """How much of preloads and of loads on legs acts, and how that grows with the factor."""
-
-    value: float
-    rate: float
-
-
 def group_of(is_cable: bool) -> str:
     """What stands for a leg where springs between bodies, or cables, are named."""
     return "cables" if is_cable else "springs"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import cached_property
 
 import numpy as np
 
@@ -152,16 +153,24 @@ class Closure:
         redundant = _rank_loss(np.linalg.svd(both, compute_uv=False), _LOST)
         return bool(np.any(lost > redundant + self.deficits))
 
+    @cached_property
+    def deficit(self) -> int:
+        """How many directions of a leg are missing at most."""
+        return int(self.deficits.max(initial=0))
+
     def solve(
         self, A: np.ndarray, b: np.ndarray, refinements: int
-    ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray] | None]:
         """``A x = b`` (N, n, k) but for the missing directions, which stay open.
 
         Returns what is found without what is carried in these (N, n, k), and how many directions
-        each leg has lost (N,); then what the closure misses there (N, d, k), and unit wrenches Λ of
-        these among the unknowns (N, n, d).
+        each leg has lost (N,); then, of legs that miss some, what the closure misses there (N, d,
+        k), and unit wrenches Λ of these among the unknowns (N, n, d).
         """
-        N, n, m, d = len(A), A.shape[1], self.sizes.shape[1], int(self.deficits.max())
+        N, n, m, d = len(A), A.shape[1], self.sizes.shape[1], self.deficit
+        first = unit_free(A, self.sizes, self.rows)
+        if not d:
+            return *solve(A, b, first, refinements), None
         U = np.linalg.svd(_scaled(A, self.rows, self.sizes))[0]
         kept = np.arange(d) >= d - self.deficits[:, None]
         missing = U[:, :, n - m - d :] * kept[:, None]
@@ -170,7 +179,6 @@ class Closure:
         wide[:, m:n, n:] = missing / self.rows[:, None]
         wide[:, n:, m:n] = np.swapaxes(wide[:, m:n, n:], -1, -2)
         wide[:, range(n, n + d), range(n, n + d)] = ~kept
-        first = unit_free(A, self.sizes, self.rows)
         aside = np.broadcast_to(self.rows[0] / first[:, m : m + 1], (N, d))
         wanted = np.concatenate([b, np.zeros((N, d, b.shape[2]))], axis=1)
         factors = np.concatenate([first, aside], axis=1)

@@ -23,7 +23,6 @@ from robostiff.statics.chains.elements import (
     FiniteSpring,
     Owner,
     Pulls,
-    Share,
     Spot,
     group_of,
     pulls_of,
@@ -49,17 +48,30 @@ _OF_THE_WAY = 0.9
 
 
 @frozen
-class LegState:
-    """Where the legs of a robot are: U coordinates, C chains, bodies between them, and B beams."""
+class State:
+    """Where a robot is: U coordinates, C chains, b bodies at the ends of these, and B beams.
+
+    Bodies are those between chains, the platform of each robot, and last the base.
+    """
 
     x: np.ndarray  # (U,): coordinates, chain by chain
     # (C, r): what the body at the end of each chain exerts on it, about that body's point [N, N m]
     W: np.ndarray
-    # (bodies, 3, 3) and (bodies, 3): between chains: their axes, and where their points are [m]
-    R: np.ndarray
-    p: np.ndarray
+    # (b, 3, 3) and (b, 3): axes of the bodies, and where their points are [m]
+    axes: np.ndarray
+    points: np.ndarray
     multipliers: np.ndarray  # what rigid couplings push their sums with [N or N m]
     axial: np.ndarray  # (B,): axial forces of beams with bowing [N]
+
+    @property
+    def R(self) -> np.ndarray:
+        """Axes of the platform (3, 3)."""
+        return self.axes[-2]
+
+    @property
+    def p(self) -> np.ndarray:
+        """Where the point of the platform is (3,) [m]."""
+        return self.points[-2]
 
 
 @frozen
@@ -73,8 +85,8 @@ class LegEquations:
 
     A: tuple[np.ndarray, ...]  # (N, n, n), block by block
     r: np.ndarray  # (T,): residual
-    r_factor: np.ndarray  # (T,): derivative by the factor of the loads
-    state: LegState
+    r_share: np.ndarray  # (T,): derivative by the share of loads and preloads
+    state: State
     half: np.ndarray  # (C, r): of wrenches, moments of which turn half of the gaps
     terms: ChainTerms
     pulls: Pulls | None
@@ -131,9 +143,9 @@ class Legs:
     @cached_property
     def arrays(self) -> MovingChains:
         """Their chains side by side."""
-        starts = np.concatenate([self.points, np.zeros((1, 3), dtype=int)])[self.numbers.starts]
         anchors = [self.springs[i].points[side] for side, i, _ in self.anchors]
-        of_chains, both = self.numbers.of_chains, (starts, self.end_points)
+        both = self.unloaded.points[self.numbers.starts], self.end_points
+        of_chains = self.numbers.of_chains
         return MovingChains(self.chains, of_chains, *both, self.rows, anchors, self.robots)
 
     def of_robots(self, count: int) -> Legs:
@@ -152,8 +164,7 @@ class Legs:
     @cached_property
     def end_points(self) -> np.ndarray:
         """Points of the bodies at the ends of all chains, at the unloaded posture (C, 3) [m]."""
-        points = self.points.reshape(-1, 3), self.platform_point.reshape(-1, 3)
-        return np.concatenate(points)[self._ends]
+        return self.unloaded.points[self._ends]
 
     @cached_property
     def _ends(self) -> np.ndarray:
@@ -193,22 +204,23 @@ class Legs:
         return self.arrays.bending.b != 0
 
     @cached_property
-    def unloaded(self) -> LegState:
+    def unloaded(self) -> State:
         """The posture from which they are loaded."""
-        at, R = self.numbers, np.tile(np.eye(3), (len(self.points), 1, 1))
+        at, base = self.numbers, np.zeros((1, 3), dtype=int)
+        points = np.concatenate([self.points, self.platform_point.reshape(-1, 3), base])
         x, W, z, axial = (np.zeros(n.shape) for n in (at.x, at.W, at.multipliers, at.beams[:, 0]))
-        return LegState(x, W, R, self.points, z, axial)
+        return State(x, W, np.tile(np.eye(3), (len(points), 1, 1)), points, z, axial)
 
     def owners(self, block: ComponentBlock) -> list[Owner]:
         """The first leg of every component; `NOBODY` where springs hold the platform alone."""
         each = [[self.chains[c].owner for c in chains] for chains in block.chains]
         return [min((o for o in owners if o != NOBODY), default=NOBODY) for owners in each]
 
-    def bodies(self, state: LegState) -> tuple[np.ndarray, np.ndarray]:
+    def bodies(self, state: State) -> tuple[np.ndarray, np.ndarray]:
         """Where all bodies of chains are, by their numbers there; see `MovingChains.moved`."""
         return self.arrays.moved(self._moving(state))
 
-    def places_of(self, state: LegState, spots: Sequence[Spot]) -> tuple[np.ndarray, np.ndarray]:
+    def places_of(self, state: State, spots: Sequence[Spot]) -> tuple[np.ndarray, np.ndarray]:
         """The same of some bodies of each robot, (M, 3, 3) and (M, 3)."""
         bodies = self.numbers.bodies_at(spots, self.robots)
         R, t = self.bodies(state)
@@ -225,30 +237,27 @@ class Legs:
             found.append(a)
         return found
 
-    def sums(self, state: LegState) -> list[Any]:
+    def sums(self, state: State) -> list[Any]:
         """Of every coupling: its sum [m or rad]."""
         return [a[self.numbers.x] @ state.x for a in self.sum_rows]
 
-    def equations(
-        self, state: LegState, R: np.ndarray, p: np.ndarray, share: Share
-    ) -> LegEquations:
-        """Equilibrium and closure of all legs; axes and point [m] of the platform are R, p.
+    def equations(self, state: State, share: float) -> LegEquations:
+        """Equilibrium and closure of all legs under a share of loads and preloads.
 
         Of numbers or of entries, whose gaps in turning are sines.
         """
         rows, at = list(self.rows), self.numbers
-        pulls = self.pulls(state, share.value) if self.springs else None
-        terms = self.terms(state, pulls, share.value)
-        R_end, p_end = self._placed(self._ends, state, R, p)
-        D = terms.R @ np.swapaxes(R_end, -1, -2)
+        pulls = self.pulls(state, share) if self.springs else None
+        terms = self.terms(state, pulls, share)
+        D = terms.R @ np.swapaxes(state.axes[self._ends], -1, -2)
         turn = sum_of_crosses(D) * -0.5 if D.dtype == object else vector_of_rotation(D)
-        gap = np.concatenate([terms.P - p_end, turn], axis=-1)[:, rows]
+        gap = np.concatenate([terms.P - state.points[self._ends], turn], axis=-1)[:, rows]
         J, tangent = terms.J[:, rows], terms.tangent
         parts = tangent, tangent[at.off_diagonal], J, -J, at.constants
         *ends, size = np.cumsum([0, *(block.at.size * block.at.shape[1] for block in at.blocks)])
         A = sums_at(at.entries, np.concatenate([part.ravel() for part in parts]), int(size))
         r = sums_at(at.columns, terms.gradient, at.total)
-        r_factor = sums_at(at.columns, terms.by_share * share.rate, at.total)
+        r_share = sums_at(at.columns, terms.by_share, at.total)
         r[at.W] += gap
         half = cross(state.W @ self._turning.T, turn) @ self._turning * 0.5
         inner = at.inner_chains
@@ -268,15 +277,15 @@ class Legs:
                 r[x] -= factors * state.multipliers[i]
                 continue
             A[at.place(x[:, None], x)] += coupling.drive.tangent(s) * np.outer(factors, factors)
-            r[x] += (coupling.drive.force(s) - share.value * push) * factors
-            r_factor[x] -= share.rate * push * factors
+            r[x] += (coupling.drive.force(s) - share * push) * factors
+            r_share[x] -= push * factors
         if pulls is not None:
             K = pulls.stiffness
             for block, matrices in zip(at.blocks, blocks, strict=True):
                 for matrix, u in zip(matrices, block.coordinates, strict=True):
                     matrix[: block.free, : block.free] += K[np.ix_(u, u)]
-            r_factor += share.rate * pulls.by_share
-        return LegEquations(blocks, r, r_factor, state, half, terms, pulls)
+            r_share += pulls.by_share
+        return LegEquations(blocks, r, r_share, state, half, terms, pulls)
 
     @cached_property
     def _turning(self) -> np.ndarray:
@@ -302,7 +311,7 @@ class Legs:
         axial[:, 0] = axial[:, 0] + beams.missing
         return np.concatenate([found, axial])
 
-    def terms(self, state: LegState, pulls: Pulls | None, share: float) -> ChainTerms:
+    def terms(self, state: State, pulls: Pulls | None, share: float) -> ChainTerms:
         """What the chains contribute, of numbers or of entries, with springs between bodies."""
         W = np.zeros((len(state.W), 6), dtype=int).astype(state.W.dtype)
         W[:, list(self.rows)] = state.W
@@ -312,50 +321,46 @@ class Legs:
             forces[self.numbers.of_chains.first_anchor :] = self.on_anchors(pulls.force)
         return self.arrays.terms(state.x, self._moving(state), W, state.axial, share, forces)
 
-    def _moving(self, state: LegState) -> PlacedChains:
+    def _moving(self, state: State) -> PlacedChains:
         """Where the chains are; kept with the state."""
         known: dict[MovingChains, PlacedChains] = vars(state).setdefault("_moving", {})
         if self.arrays not in known:
-            base = np.eye(3, dtype=int), np.zeros(3, dtype=int)
-            start = self._placed(self.numbers.starts, state, *base)
+            starts = self.numbers.starts
+            start = state.axes[starts], state.points[starts]
             known[self.arrays] = self.arrays.placed(state.x, *start)
         return known[self.arrays]
 
-    def _placed(
-        self, which: np.ndarray, state: LegState, R: np.ndarray, p: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Axes and points of some bodies [m]; those behind the ones between chains are R and p."""
-        all_R = np.concatenate([state.R.reshape(-1, 3, 3), R.reshape(-1, 3, 3)])
-        return all_R[which], np.concatenate([state.p.reshape(-1, 3), p.reshape(-1, 3)])[which]
+    def after_step(self, state: State, twist: np.ndarray, step: np.ndarray) -> State:
+        """The state after a twist (r,) of the platform, and a step (T + B,) of all that follows.
 
-    def after_step(self, state: LegState, step: np.ndarray) -> LegState:
-        """The state after a step (T + B,) of its unknowns, and of axial forces of its beams."""
-        at, twists = self.numbers, np.zeros((len(self.points), 6))
-        twists[:, list(self.rows)] = step[at.bodies]
-        return LegState(
+        The latter of unknowns, and of axial forces of beams.
+        """
+        at, twists = self.numbers, np.zeros((len(state.points), 6))
+        twists[:-1, list(self.rows)] = np.concatenate([step[at.bodies], twist[None]])
+        return State(
             state.x + step[at.x],
             state.W + step[at.W],
-            matrix_of_rotation(twists[:, 3:]) @ state.R,
-            state.p + twists[:, :3],
+            matrix_of_rotation(twists[:, 3:]) @ state.axes,
+            state.points + twists[:, :3],
             state.multipliers + step[at.multipliers],
             state.axial + step[at.total :],
         )
 
-    def short_of_buckling(self, before: LegState, after: LegState) -> LegState:
+    def short_of_buckling(self, before: State, after: State) -> State:
         """The state after a step, but axial forces cross no critical load of an inner mode."""
         l = self.arrays.bending.l.max(axis=-1, initial=0.0)
         left = before.axial + 1 / np.maximum(l, np.finfo(float).tiny)
         least = np.where(left > 0, before.axial - _OF_THE_WAY * left, -np.inf)
         return replace(after, axial=np.maximum(after.axial, least))
 
-    def pulls(self, state: LegState, share: float) -> Pulls:
+    def pulls(self, state: State, share: float) -> Pulls:
         """What springs between bodies do at a state under a share of loads."""
         at, moving = self.numbers, self._moving(state)
         bodies = at.bodies_at([spot for *_, spot in self.anchors])
         rates, points = self.arrays.twists(moving, bodies, None, at.columns, at.total)
         return pulls_of(self.springs, self.anchors, points, rates[:, :3], share)
 
-    def energies(self, state: LegState) -> list[list[float]]:
+    def energies(self, state: State) -> list[list[float]]:
         """Elastic energy of every element of every chain [J], preloads left out."""
         found = self.arrays.energies(state.x, state.axial)
         return [found[bodies[1:]].tolist() for bodies in self.numbers.of_chains.bodies]
@@ -367,13 +372,13 @@ class Legs:
         each = zip(self.springs, energies.tolist(), strict=True)
         return [(group_of(spring.is_cable), spring.name, energy) for spring, energy in each]
 
-    def load_potential(self, state: LegState, share: float) -> float:
+    def load_potential(self, state: State, share: float) -> float:
         """Potential of loads on its bodies and of preloads, 0 at the unloaded posture [J]."""
         pushed = zip(self.couplings, self.sums(state), strict=True)
         total = -sum(coupling.drive.preload * s for coupling, s in pushed)
         return share * (total + self.arrays.load_potential(state.x, self._moving(state)))
 
-    def twists(self, state: LegState, spots: Sequence[Spot], points: np.ndarray) -> np.ndarray:
+    def twists(self, state: State, spots: Sequence[Spot], points: np.ndarray) -> np.ndarray:
         """Of bodies of each robot about points (M, 3), by free unknowns of components (M, 6, m)."""
         at = self.numbers
         given = at.bodies_at(spots, self.robots), points, at.local[at.columns], at.widest

@@ -6,11 +6,11 @@ import numpy as np
 
 from robostiff.frozen import frozen, replace
 from robostiff.spatial.rotation import vector_of_rotation
+from robostiff.statics.chains.legs import State
 from robostiff.statics.equations.problem import (
     EquilibriumProblem,
     Linearised,
     LoadCase,
-    State,
     solve_least,
 )
 
@@ -86,15 +86,14 @@ def equilibrium_at(
         else:
             furthest = CAP * problem.length
             twist = solve_least(known.K_total, known.missing, problem.scale, furthest, load)
-        from_legs = state.legs
+        here = state
         state, size, part = problem.after_step(state, known, twist, 0.0, CAP)
         if not np.isfinite(size):
             break
         # Between held ends a bent beam has other equilibria beyond its critical axial force, all
         # unstable; a straight one may have no other.
         if target is not None and done <= _STEPS // 2:
-            legs = problem.legs.short_of_buckling(from_legs, state.legs)
-            state = replace(state, legs=legs)
+            state = problem.legs.short_of_buckling(here, state)
         # stiffness, load and step are the same where a robot has only turned
         scale = problem.scale
         scaled = known.K_total / np.outer(scale, scale), known.missing / scale, part * twist * scale

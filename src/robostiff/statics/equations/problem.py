@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.frozen import field, frozen, replace
-from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
-from robostiff.statics.chains.elements import NOBODY, Share, Spot
-from robostiff.statics.chains.equilibrated import Closure, HeldPlatform, solve, unit_free
-from robostiff.statics.chains.legs import LegEquations, Legs, LegState
+from robostiff.spatial.rotation import vector_of_rotation
+from robostiff.statics.chains.elements import NOBODY, Spot
+from robostiff.statics.chains.equilibrated import Closure, HeldPlatform
+from robostiff.statics.chains.legs import LegEquations, Legs, State
 from robostiff.statics.chains.moving_chain import sum_of_crosses
 from robostiff.statics.chains.numbers import ComponentBlock
 
@@ -33,9 +33,9 @@ class LoadCase:
     share: float = 0.0
     share_rate: float = 1.0
 
-    def shares(self, factor: float) -> Share:
+    def share_at(self, factor: float) -> float:
         """Of preloads and forces on bodies."""
-        return Share(self.share + factor * self.share_rate, self.share_rate)
+        return self.share + factor * self.share_rate
 
 
 @frozen
@@ -65,23 +65,6 @@ class DeadForces:
     def potential(self, R: np.ndarray, shift: np.ndarray) -> float:
         """Of the platform turned by R, and its point shifted [J]."""
         return -float(self.force @ shift + np.trace((R - np.eye(3)) @ self.levers))
-
-
-@frozen
-class Steady:
-    """What acts on the platform at any load, in balance with cables at the unloaded posture."""
-
-    weights: DeadForces
-    moment: np.ndarray  # (r,): as a wrench
-
-
-@frozen
-class State:
-    """Where everything is: the platform, and the legs."""
-
-    R: np.ndarray
-    p: np.ndarray
-    legs: LegState
 
 
 @frozen
@@ -131,15 +114,16 @@ class EquilibriumProblem:
     point: np.ndarray
     length: float  # characteristic [m]
     dead: DeadForces
-    steady: Steady | None = None  # of cables
     # where bodies are that results list by name; None of the platform
     nodes: Mapping[str, Spot | None] = field(default_factory=dict)
+    # at any load, and a moment as a wrench (r,): in balance with cables at the unloaded posture
+    steady: DeadForces | None = None
+    moment: np.ndarray | float = 0.0
 
-    @cached_property
+    @property
     def unloaded(self) -> State:
         """The posture from which it is loaded."""
-        R = np.broadcast_to(np.eye(3), (*self.point.shape, 3))
-        return State(R, self.point, self.legs.unloaded)
+        return self.legs.unloaded
 
     @property
     def blocks(self) -> tuple[ComponentBlock, ...]:
@@ -168,24 +152,20 @@ class EquilibriumProblem:
         return np.concatenate([np.zeros(0, dtype=int), *coordinates])
 
     @cached_property
+    def _unloaded(self) -> LegEquations:
+        """Those of the legs at the unloaded posture without load."""
+        return self.legs.equations(self.unloaded, 0.0)
+
+    @cached_property
     def at_rest(self) -> Linearised:
         """The equations at the unloaded posture without load."""
-        return self._plain if self.closures is None else self._unloaded(2, self.closures)
-
-    @cached_property
-    def _plain(self) -> Linearised:
-        """The same, no directions of legs being missing."""
-        return self._unloaded(0, None)
-
-    def _unloaded(self, refinements: int, closures: tuple[Closure, ...] | None) -> Linearised:
         no_load = LoadCase(np.zeros(self.size), share_rate=0.0)
-        return self._linearised(self.unloaded, no_load, 0.0, refinements, closures, None)
+        return self._linearised(self._unloaded, no_load, 0.0, 2 if any(self.missing) else 0, None)
 
     @cached_property
-    def closures(self) -> tuple[Closure, ...] | None:
-        """Those of the legs, where some directions of theirs are missing."""
-        found = self.closures_of(self._plain.equations.A)
-        return found if any(np.any(closure.deficits) for closure in found) else None
+    def closures(self) -> tuple[Closure, ...]:
+        """Those of the legs at the unloaded posture."""
+        return self.closures_of(self._unloaded.A)
 
     def closures_of(self, tangents: Sequence[np.ndarray]) -> tuple[Closure, ...]:
         """Those of the blocks of legs, by their tangents."""
@@ -197,9 +177,7 @@ class EquilibriumProblem:
     @property
     def missing(self) -> list[int]:
         """Directions at most that closures of the legs of each block lack, of rigid parts."""
-        if self.closures is None:
-            return [0] * len(self.blocks)
-        return [int(c.deficits.max()) for c in self.closures]
+        return [closure.deficit for closure in self.closures]
 
     def linear_equations(
         self, state: State, loading: LoadCase, factor: float, refinements: int = 0
@@ -215,29 +193,21 @@ class EquilibriumProblem:
                 by_factor=rest.by_factor + rate,
             )
         rank = 0 if rest.held_platform is None else rest.held_platform.rank
-        return self._linearised(state, loading, factor, refinements, self.closures, rank)
+        eq = self.legs.equations(state, loading.share_at(factor))
+        return self._linearised(eq, loading, factor, refinements, rank)
 
     def _linearised(
-        self,
-        state: State,
-        loading: LoadCase,
-        factor: float,
-        refinements: int,
-        closures: tuple[Closure, ...] | None,
-        rank: int | None,
+        self, eq: LegEquations, loading: LoadCase, factor: float, refinements: int, rank: int | None
     ) -> Linearised:
-        eq = self.legs.equations(state.legs, state.R, state.p, loading.shares(factor))
-        wanted = -np.column_stack([eq.r, self.legs.numbers.by_twist, eq.r_factor])
+        by_factor, state = eq.r_share * loading.share_rate, eq.state
+        wanted = -np.column_stack([eq.r, self.legs.numbers.by_twist, by_factor])
         solution, regular = np.zeros(wanted.shape), True
         lacking: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-        for g, (block, A) in enumerate(zip(self.blocks, eq.A, strict=True)):
-            if closures is not None and np.any(closures[g].deficits):
-                given = A, wanted[block.at], refinements
-                solution[block.at], lost, lacking[g] = closures[g].solve(*given)
-            else:
-                rows = self.units[block.at[0, block.free :]]
-                first = unit_free(A, self.units[block.coordinates], rows)
-                solution[block.at], lost = solve(A, wanted[block.at], first, refinements)
+        each = zip(self.blocks, eq.A, self.closures, strict=True)
+        for g, (block, A, closure) in enumerate(each):
+            solution[block.at], lost, open_ = closure.solve(A, wanted[block.at], refinements)
+            if open_ is not None:
+                lacking[g] = open_
             regular = regular and not np.any(lost)
         # what only the base holds has no end on the platform
         ends = self.legs.numbers.on_platform
@@ -245,7 +215,7 @@ class EquilibriumProblem:
         solution = self.legs.steps(eq, solution, twist)
         carried, W = (
             each[ends].reshape(self.legs.robots, -1, *each.shape[1:]).sum(axis=1)
-            for each in (solution[self.legs.numbers.W], state.legs.W)
+            for each in (solution[self.legs.numbers.W], state.W)
         )
         if self.legs.robots == 1:
             carried, W = carried[0], W[0]
@@ -318,14 +288,7 @@ class EquilibriumProblem:
         step = known.steps + known.by_twist @ twist + known.factor_steps * more
         size = max(self.size_of(twist), self.size_of_legs(step))
         part = 1.0 if size <= cap else cap / size
-        return self.moved(state, part * twist, part * step), size, part
-
-    def moved(self, state: State, twist: np.ndarray, step: np.ndarray) -> State:
-        """A state after a twist (r,) of the platform, and a step (T + B,) of the legs."""
-        full = np.zeros(6)
-        full[list(self.rows)] = twist
-        legs = self.legs.after_step(state.legs, step)
-        return State(matrix_of_rotation(full[3:]) @ state.R, state.p + full[:3], legs)
+        return self.legs.after_step(state, part * twist, part * step), size, part
 
     def displacement(self, state: State) -> np.ndarray:
         """Of the point of the platform, and its rotation vector, from the unloaded posture (r,)."""
@@ -353,16 +316,16 @@ class EquilibriumProblem:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What acts on the platform, how that grows, and its rate by the twist."""
         rows = list(self.rows)
-        share = loading.shares(factor)
+        share, grows = loading.share_at(factor), loading.share_rate
         acting, rate = factor * loading.wrench, loading.wrench
         turning = np.zeros((6, 6))
         if self.dead.act:
             total, turning = self.dead.acting(state.R)
-            turning = share.value * turning
-            acting, rate = acting + share.value * total[rows], rate + share.rate * total[rows]
+            turning = share * turning
+            acting, rate = acting + share * total[rows], rate + grows * total[rows]
         if self.steady is not None:
-            total, more = self.steady.weights.acting(state.R)
-            acting, turning = acting + self.steady.moment + total[rows], turning + more
+            total, more = self.steady.acting(state.R)
+            acting, turning = acting + self.moment + total[rows], turning + more
         return acting, rate, turning[np.ix_(rows, rows)]
 
 

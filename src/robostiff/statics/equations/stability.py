@@ -85,9 +85,13 @@ def margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
     """
     if Q.shape[-1] == 0:
         return [Margin(1.0, q, q) for q in Q]
-    Q, Q0 = 0.5 * (Q + np.swapaxes(Q, -1, -2)), 0.5 * (Q0 + np.swapaxes(Q0, -1, -2))
+    Q = 0.5 * (Q + np.swapaxes(Q, -1, -2))
     T, signs = of_unit_energy(Q0)
-    return _ratios(Q, T) if np.all(signs > 0) else _semidefinite(Q, Q0)
+    if not np.all(signs > 0):
+        return list(map(_semidefinite, Q, T, signs))
+    form = np.swapaxes(T, -1, -2) @ Q @ T
+    values = np.linalg.eigvalsh(form)[:, 0].tolist()
+    return list(map(Margin, values, form, T))
 
 
 def of_unit_energy(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -109,37 +113,21 @@ def of_unit_energy(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return V / np.sqrt(np.where(signs == 0.0, 1.0, size))[:, None], signs
 
 
-def _semidefinite(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
-    """Of pairs of forms of which the second may not resist some motions."""
-    n = Q.shape[-1]
-    w, V = np.linalg.eigh(Q0)
-    stiffest = np.maximum(w[:, -1], 0.0)
-    ranks = np.sum(w > _NONE * stiffest[:, None], axis=1)
-    largest = np.maximum(np.max(np.abs(Q), axis=(1, 2)), w[:, -1])
-    least = np.linalg.eigvalsh(Q)[:, 0] if np.any(ranks < n) else np.zeros(len(Q))
-    alone = (ranks == 0) | ((ranks < n) & (least < -_ROUNDING * largest))
-    found = {}
-    for i in np.flatnonzero(alone):
-        value = float(least[i] / largest[i]) if largest[i] > 0 else 0.0
-        found[i] = Margin(value if abs(value) > _ROUNDING else 0.0, Q[i], np.eye(n))
-    for rank in np.unique(ranks[~alone]):
-        rows = np.flatnonzero(~alone & (ranks == rank))
-        if rank < n:
-            free = V[rows, :, : n - rank]
-            along = np.swapaxes(free, -1, -2) @ Q[rows] @ free
-            slack = np.linalg.eigvalsh(along)[:, 0] < _ROUNDING * largest[rows]
-            found |= {rows[i]: Margin(0.0, along[i], free[i]) for i in np.flatnonzero(slack)}
-            rows = rows[~slack]
-        T = V[rows, :, n - rank :] / np.sqrt(w[rows, None, n - rank :])
-        found |= zip(rows, _ratios(Q[rows], T), strict=True)
-    return [found[i] for i in range(len(Q))]
-
-
-def _ratios(Q: np.ndarray, T: np.ndarray) -> list[Margin]:
-    """Least eigenvalues of ``T^T Q T``."""
-    form = np.swapaxes(T, -1, -2) @ Q @ T
-    values = np.linalg.eigvalsh(form)[:, 0].tolist()
-    return list(map(Margin, values, form, T))
+def _semidefinite(Q: np.ndarray, T: np.ndarray, signs: np.ndarray) -> Margin:
+    """Of a pair of forms of which the second may not resist some motions, by `of_unit_energy`."""
+    elastic, free = T[:, signs > 0], T[:, signs <= 0]
+    # the largest curvature of both: motions of unit energy are short where it is large
+    stiffest = np.max(1.0 / np.sum(elastic**2, axis=0), initial=0.0)
+    largest = max(np.max(np.abs(Q)), stiffest)
+    least = float(np.linalg.eigvalsh(Q)[0])
+    if free.shape[1] and (not elastic.shape[1] or least < -_ROUNDING * largest):
+        value = least / largest if largest > 0 else 0.0
+        return Margin(value if abs(value) > _ROUNDING else 0.0, Q, np.eye(len(Q)))
+    along = free.T @ Q @ free
+    if free.shape[1] and np.linalg.eigvalsh(along)[0] < _ROUNDING * largest:
+        return Margin(0.0, along, free)
+    form = elastic.T @ Q @ elastic
+    return Margin(float(np.linalg.eigvalsh(form)[0]), form, elastic)
 
 
 def meets_stiffness(known: Linearised) -> bool:

@@ -14,9 +14,9 @@ from robostiff.kept import kept
 from robostiff.model import PlacedMass, PlacedSpring
 from robostiff.spatial import cross, twist_transport
 from robostiff.statics.chains.elements import Spot
-from robostiff.statics.chains.legs import Legs, LegState
+from robostiff.statics.chains.legs import Legs, State
 from robostiff.statics.chains.numbers import ComponentBlock, side_by_side
-from robostiff.statics.equations.problem import EquilibriumProblem, Linearised, State
+from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
 from robostiff.statics.equations.stability import elastic_curvature, held_motions, of_unit_energy
 
 # Cosine, less than one by this: an elastic part whose own x axis is not along it.
@@ -81,7 +81,7 @@ class CarriedMasses:
     on_platform: tuple[PlacedMass, ...] = ()
 
 
-def _rows_of_parts(legs: Legs, state: LegState, masses: Sequence[CarriedMass]) -> np.ndarray:
+def _rows_of_parts(legs: Legs, state: State, masses: Sequence[CarriedMass]) -> np.ndarray:
     """Twelve rows (E, 12, m) of each of the E elements of elastic parts along which masses are.
 
     An element of a part is straight between its ends where these are now, and its sections move as
@@ -304,7 +304,10 @@ def vibrations(
 
 def _by_component(block: ComponentBlock, rows: np.ndarray, chains: np.ndarray) -> np.ndarray:
     """Rows of chains (k, m) by the N components of a block (N, k, m), zero where one has fewer."""
-    number, own = np.nonzero((block.chains[..., None] == chains).any(axis=1))
+    component = np.full(1 + max(np.max(chains, initial=0), np.max(block.chains)), -1)
+    component[block.chains] = np.arange(len(block.at))[:, None]
+    own = np.argsort(component[chains], kind="stable")[np.sum(component[chains] < 0) :]
+    number = component[chains[own]]
     counts = np.bincount(number, minlength=len(block.at))
     place = np.arange(len(own)) - np.repeat(np.cumsum(counts) - counts, counts)
     found = np.zeros((len(counts), np.max(counts, initial=0), rows.shape[1]))
@@ -376,11 +379,11 @@ def mass_rows(
     points = [carried for carried in masses.on_legs if not carried.is_along_part]
     if points:
         spots = [carried.spot for carried in points]
-        R, t = legs.places_of(state.legs, spots)
+        R, t = legs.places_of(state, spots)
         centres = side_by_side(legs.robots, [carried.mass.centre for carried in points], 3)
         centres = np.einsum("nij,nj->ni", R, centres) + t
         roots = np.sqrt(side_by_side(legs.robots, [carried.mass.value for carried in points]))
-        moved = legs.twists(state.legs, spots, centres)[:, :3]
+        moved = legs.twists(state, spots, centres)[:, :3]
         units = np.ones((len(at.coordinates), at.widest))
         units[at.of_chains.of_chain, at.local[at.columns]] = problem.units[at.columns]
         chains = (first + [spot.chain for spot in spots]).ravel()
@@ -390,7 +393,7 @@ def mass_rows(
     along = [carried for carried in masses.on_legs if carried.is_along_part]
     if along:
         of_parts = np.repeat([carried.spot.chain for carried in along], [c.parts for c in along])
-        rows = _rows_of_parts(legs, state.legs, along)
+        rows = _rows_of_parts(legs, state, along)
         of_chains.append((np.repeat(first + of_parts, 12), rows.reshape(-1, at.widest)))
     inertia, k = legs.arrays.inertia, np.flatnonzero(legs.arrays.inertia)
     rows = np.zeros((len(k), at.widest))
@@ -405,7 +408,7 @@ def mass_rows(
     values = side_by_side(legs.robots, [mass.value for mass in masses.on_platform])
     centres = side_by_side(legs.robots, [mass.centre for mass in masses.on_platform], 3)
     arms = centres.reshape(legs.robots, -1, 3) - problem.point.reshape(-1, 1, 3)
-    arms = arms @ np.swapaxes(state.R, -1, -2)
+    arms = arms @ np.swapaxes(state.axes[-legs.robots - 1 : -1], -1, -2)
     of_twist = twist_transport(arms)[..., :3, list(problem.rows)]
     of_twist *= np.sqrt(values).reshape(*arms.shape[:2], 1, 1)
     return (

@@ -15,8 +15,8 @@ from robostiff.model.body_spring import BodySpring
 from robostiff.record import Entry, as_part, is_zero, reciprocal, square_root, usual_size
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Elements, elastic_elements, in_series
-from robostiff.statics.chains.elements import Element, FiniteChain, FiniteJoint, FiniteSpring, Share
-from robostiff.statics.chains.legs import LegEquations, Legs, LegState
+from robostiff.statics.chains.elements import Element, FiniteChain, FiniteJoint, FiniteSpring
+from robostiff.statics.chains.legs import LegEquations, Legs, State
 from robostiff.statics.chains.numbers import Component
 from robostiff.statics.kernels.elimination import SymmetricElimination
 
@@ -115,10 +115,10 @@ class MovedBody:
         """Names: of the shift, and of the quaternion, scalar first."""
         return [f"{self.name}.{part}" for part in ("x", "y", "z", "q0", "q1", "q2", "q3")]
 
-    @property
-    def start(self) -> dict[str, float]:
-        """Where it is unloaded."""
-        return dict(zip(self.coordinates, (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), strict=True))
+    def unknowns(self, length: float) -> dict[str, tuple[float, float]]:
+        """Its coordinates where it is unloaded, and their sizes in a robot of this length [m]."""
+        sizes = [(0.0, 1e-3 * length)] * 3 + [(1.0, 1e-3)] + [(0.0, 1e-3)] * 3
+        return dict(zip(self.coordinates, sizes, strict=True))
 
     def moved(self, values: Mapping[str, Any]) -> MovingBody:
         """The body at the values of its coordinates; its quaternion may have any length."""
@@ -175,6 +175,11 @@ class RecordedLegs:
         return np.array([self.length if row < 3 else 1.0 for row in self.legs.rows])
 
     @cached_property
+    def platform(self) -> MovedBody:
+        """The platform."""
+        return MovedBody("platform", self.legs.platform_point)
+
+    @cached_property
     def bodies(self) -> dict[int, MovedBody]:
         """The bodies between its chains."""
         on_platform = [chain.start for chain in self.legs.chains if _is_platform(chain)]
@@ -211,20 +216,17 @@ class RecordedLegs:
         found = {f"u{u}": float(size) for u, size in (usual | multipliers).items()}
         return found | {f"u{at.total + i}": self.force for i in range(len(legs.beams))}
 
-    @property
-    def start(self) -> dict[str, float]:
-        """Its unknowns at the unloaded posture."""
-        found = dict.fromkeys(self.samples, 0.0)
+    @cached_property
+    def unknowns(self) -> dict[str, tuple[float, float]]:
+        """All unknowns at the unloaded posture, and sizes that they have under the force."""
+        found = self.platform.unknowns(self.length)
+        found |= {name: (0.0, size) for name, size in self.samples.items()}
         for body in self.bodies.values():
-            found |= body.start
+            found |= body.unknowns(self.length)
         return found
 
     def add_to(
-        self,
-        elimination: SymmetricElimination,
-        values: Mapping[str, Any],
-        platform: MovingBody,
-        share: int,
+        self, elimination: SymmetricElimination, values: Mapping[str, Any], share: int
     ) -> tuple[LegEquations, np.ndarray]:
         """Add their equations to those of the platform, and eliminate their unknowns.
 
@@ -232,12 +234,14 @@ class RecordedLegs:
         that they take from the platform (3,).
         """
         legs, at, rows = self.legs, self.legs.numbers, list(self.legs.rows)
+        platform = self.platform.moved(values)
         places = [
             self.bodies[b].moved(values) if b in self.bodies else platform
             for b in range(len(legs.points))
         ]
+        places += platform, MovingBody(np.eye(3, dtype=int), np.zeros(3, dtype=int))
         u = _entries([values.get(f"u{i}", 0) for i in range(at.total + len(legs.beams))])
-        state = LegState(
+        state = State(
             u[at.x],
             u[at.W],
             _entries([x for R, _ in places for x in R.flat]).reshape(-1, 3, 3),
@@ -245,7 +249,7 @@ class RecordedLegs:
             u[at.multipliers],
             u[at.total :],
         )
-        eq = legs.equations(state, platform.R, platform.p, Share(share, 0))
+        eq = legs.equations(state, share)
         units = np.ones(at.total)
         units[at.bodies], units[at.W] = self.lengths, self.lengths
         units[at.multipliers] = [unit(coupling.drive, self.length) for coupling in legs.rigid]
@@ -301,12 +305,13 @@ class RecordedLegs:
         found: Mapping[int, Any],
         platform_twist: np.ndarray,
     ) -> tuple[dict[str, Any], list[Any]]:
-        """Its unknowns after a step; and steps of its coordinates, in radians and lengths."""
+        """All unknowns after a step; and steps of coordinates, in radians and lengths."""
         rows, at = list(self.legs.rows), self.legs.numbers
         step = _entries([found[u] for u in range(at.total)])[:, None]
         step[at.W], step[at.multipliers] = -step[at.W], -step[at.multipliers]
         step = self.legs.steps(eq, step, platform_twist[rows][:, None])[:, 0]
         after = {name: values[name] + step[int(name[1:])] for name in self.samples}
+        after |= self.platform.after_step(values, platform_twist)
         for b, body in self.bodies.items():
             twist = np.zeros(6, dtype=int).astype(object)
             twist[rows] = step[at.bodies[b]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property, partial, reduce
 from operator import add
@@ -29,7 +29,7 @@ from robostiff.statics.equations.newton import FALLS, HALF, LITTLE
 from robostiff.statics.equations.problem import DeadForces
 from robostiff.statics.kernels.elimination import SymmetricElimination
 from robostiff.statics.kernels.leg import (
-    MovedBody,
+    MovingBody,
     RecordedElements,
     RecordedLegs,
     Site,
@@ -66,7 +66,6 @@ _CHANGE, _STILL = 1e-3, 1e-9
 #: Inputs: the sum of ``h f^T`` over forces f at hooks h, in platform axes and world axes [N m].
 HOOKS = tuple(f"hook_{a}{b}" for a in "xyz" for b in "xyz")
 _WORLD = np.eye(3), np.zeros(3)
-_SHIFTS = (".x", ".y", ".z")  # ends of names of coordinates of bodies
 #: What a step hands to the next, and what the first finds.
 HANDED = BEFORE_FIRST | {_PART: HALF**2}
 
@@ -101,7 +100,6 @@ class LoadedRobot:
     legs: RecordedLegs
     struts: dict[int, RecordedStrut]  # of the other legs, by their numbers
     buckling: dict[int, Buckling]  # of the struts
-    platform: MovedBody
     wrench: list[Any]  # entries
     dead: DeadForces  # of those at hooks the levers alone: these forces are part of the wrench
     stands: bool  # whether anything acts beside the wrench
@@ -113,19 +111,7 @@ class LoadedRobot:
     @property
     def start(self) -> dict[str, float]:
         """Its unknowns without load."""
-        return self.platform.start | self.legs.start
-
-    def samples(self, small: Callable[[float], np.ndarray], length: float) -> dict[str, Any]:
-        """Its unknowns, and what a step hands on, a little away from the unloaded posture."""
-        found: dict[str, Any] = {}
-        for name, value in self.platform.start.items():
-            size = length if name[-2:] in _SHIFTS else 1.0
-            found[name] = value or small(1e-3 * size)
-        found |= {name: small(size) for name, size in self.legs.samples.items()}
-        for body in self.legs.bodies.values():
-            for name, value in body.start.items():
-                found[name] = value + 1e-3 * small(length if name[-2:] in _SHIFTS else 1.0)
-        return found | dict.fromkeys(HANDED, 1.0)
+        return {name: start for name, (start, _) in self.legs.unknowns.items()}
 
     def equations(self, values: Mapping[str, Any], share: int = 1) -> _Equations:
         """At a state; at the share 0 no dead force and no preload acts, and springs are relaxed."""
@@ -135,8 +121,8 @@ class LoadedRobot:
             elimination.unknown(name, 1.0)
         for name, force in zip(twist, self.wrench, strict=True):
             elimination.add_right(name, force)
-        body = self.platform.moved(values)
-        legs, moment = self.legs.add_to(elimination, values, body, share)
+        legs, moment = self.legs.add_to(elimination, values, share)
+        body = MovingBody(legs.state.R, legs.state.p)
         buckling = []
         if self.struts:
             more, carried = add_struts(elimination, twist, [*self.struts.values()], body)
@@ -194,11 +180,8 @@ class LoadedRobot:
         full = np.zeros(6, dtype=int).astype(object)
         full[list(self.unloaded.space.rows)] = twist
         found = at.elimination.solution(dict(zip(self.legs.twist, twist, strict=True)))
-        after = self.platform.after_step(values, full)
-        moved = self.sizes(twist)
-        of_legs, motion = self.legs.after_step(values, at.legs, found, full)
-        after |= of_legs
-        moved += motion
+        after, moved = self.legs.after_step(values, at.legs, found, full)
+        moved = self.sizes(twist) + moved
         size = reduce(add, (x * x for x in moved if not is_zero(x)))
         (size, margin), part = handed_on(values, size, values[_PART]), HALF**2
         if falls:
@@ -235,8 +218,8 @@ class LoadedRobot:
         ]
         safe = [x for x in safe if isinstance(x, Entry)]
         K = [at.K[min(place), max(place)] for place in np.ndindex(n, n)]
-        place = [values[name] for name in self.platform.coordinates]
-        arms = self.platform.moved(values).R @ self.dead.levers
+        place = [values[name] for name in self.legs.platform.coordinates]
+        arms = at.legs.state.R @ self.dead.levers
         rates = [] if self.axes is None else self._rates(values, at)
         flags = flags_of(self.unloaded)
         arms = [*arms.flat] if self.has_arms else []
@@ -255,7 +238,7 @@ class LoadedRobot:
         drives are asked for, their deflections and loads, and the rates of both.
         """
         record, R = self.unloaded.record, self.axes
-        unloaded = [*self.platform.origin, *R.flat]
+        unloaded = [*self.legs.platform.origin, *R.flat]
         found, drives = list(unloaded), list(self.legs.drives.values()) if self.with_drives else []
         deflections = [values[f"u{u}"] for u, _ in drives]
         stiffnesses = [k for _, k in drives]
@@ -379,7 +362,6 @@ def record_loading(
         RecordedLegs(found.legs.without([*straight]), L, force),
         struts,
         buckling_of(problems, [*struts], force),
-        MovedBody("platform", reference),
         wrench,
         dead,
         stands=bool(has_loads or weighs or platforms or sites),
@@ -387,8 +369,10 @@ def record_loading(
         parameters=along,
         with_drives=drives,
     )
-    for name, sample in loaded.samples(small, L).items():
-        record.add_input(name, sample)
+    for name, (value, size) in loaded.legs.unknowns.items():
+        record.add_input(name, value or small(size))
+    for name in HANDED:
+        record.add_input(name, 1.0)
     values = {name: record.input(name) for name in record.inputs}
     at = loaded.equations(values)
     return RecordedLoading(

@@ -14,7 +14,7 @@ from robostiff.record import Entry, is_zero, reciprocal, square_root
 from robostiff.recorded.leg import RecordedLeg
 from robostiff.spatial import cross
 from robostiff.spatial.rotation import matrix_of_rotation
-from robostiff.statics.chains.elements import FiniteChain, FiniteJoint, Share
+from robostiff.statics.chains.elements import FiniteChain, FiniteJoint
 from robostiff.statics.chains.legs import Legs
 from robostiff.statics.equations.newton import equilibrium_at
 from robostiff.statics.equations.problem import EquilibriumProblem, LoadCase
@@ -153,7 +153,7 @@ def struts_among(problem: EquilibriumProblem) -> set[int]:
         arm = target[0] @ (B - problem.point)
         d = arm + target[1] - A
         force = k * (1 - np.linalg.norm(B - A) / np.linalg.norm(d)) * d
-        off = elsewhere.state.legs.W[c] - np.concatenate([force, np.cross(arm, force)])
+        off = elsewhere.state.W[c] - np.concatenate([force, np.cross(arm, force)])
         if elsewhere.converged and np.max(np.abs(off / problem.scale)) <= _SAME * k * length:
             found.add(legs.chains[c].owner.leg)
     return found
@@ -216,8 +216,8 @@ def buckling_of(
             step[rows] = by_shift[rows] / (by_shift[at.W[c]] @ shift)
         rates: dict[int, list[float]] = {c: [] for c in chains}
         for sign in (1.0, -1.0):
-            moved = legs.after_step(legs.unloaded, sign * force * step)
-            eq = legs.equations(moved, np.eye(3), problem.point, Share(0.0, 0.0))
+            none = np.zeros(problem.size)
+            eq = legs.equations(legs.after_step(legs.unloaded, none, sign * force * step), 0.0)
             for g, block in enumerate(problem.blocks):
                 if chains.keys().isdisjoint(block.chains[:, 0].tolist()):
                     continue

@@ -81,7 +81,8 @@ def loaded_legs(
     """
     chains = _Chains.of(assembly, elements)
     chains.push(preload)
-    chains.follow(laws)
+    if laws:
+        chains.follow(laws)
     on_platform: list[DeadForce] = []
     for name, forces in loads.items():
         place, point = assembly.body_of_name(name, "loads")
@@ -109,7 +110,8 @@ def loaded_legs(
             masses += several
         else:
             carried += [CarriedMass(m, spot) for m in several]
-    bodies = {name: body for name, body in assembly.nodes.items() if chains.is_held(body)}
+    held = chains.at.keys() - {(chains.of_body[assembly.base], None)}  # bodies that move
+    bodies = {name: b for name, b in assembly.nodes.items() if (chains.of_body[b], None) in held}
     nodes = {name: chains.spot(NamedBody(body), "loads") for name, body in bodies.items()}
     springs = [chains.spring(spring) for spring in assembly.springs]
     legs = chains.legs(springs, platform_point, rows)
@@ -179,7 +181,7 @@ class _Chains:
             for part in parts if forward else parts[::-1]:
                 if isinstance(part, PlacedFreedom):
                     joint = self.make.joint(part if forward else replace(part, axis=-part.axis))
-                    elements.append(replace(joint, is_passed_back=not forward))
+                    elements.append(joint if forward else replace(joint, is_passed_back=True))
                 else:
                     elements += self.make.spring(part, name)
                 counts.append(len(elements))
@@ -249,11 +251,6 @@ class _Chains:
             elements[:] = [under(e, owner) if isinstance(e, FiniteJoint) else e for e in elements]
         for name in rest:
             raise unknown_name("laws", name, known, "leg/joint")
-
-    def is_held(self, body: Body) -> bool:
-        """Whether a body is the platform, or moves and chains hold it."""
-        body = self.of_body[body]
-        return body != self.of_body[self.assembly.base] and (body, None) in self.at
 
     def spot(self, place: NamedBody, subject: str) -> Spot | None:
         """A body in a chain; None of the platform itself."""

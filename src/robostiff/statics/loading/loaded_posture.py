@@ -35,7 +35,7 @@ from robostiff.network import Network
 from robostiff.spatial import Space, as_float, as_floats, check_order
 from robostiff.statics.chains.beam_bowing import ElementsOfParts
 from robostiff.statics.chains.elements import FiniteSpring, wrench_at
-from robostiff.statics.equations.problem import EquilibriumProblem, Steady
+from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.equations.vibration import CarriedMasses
 from robostiff.statics.loading.assembly import assembly_of
 from robostiff.statics.loading.given_loads import (
@@ -209,9 +209,6 @@ class Postures:
             given_masses(masses or {}, usual, frame_of),
             {} if acting.laws is None else {**laws, **acting.laws},
         )
-        steady = None
-        if assembly.steady:
-            steady = Steady(on_platform(assembly.steady, point), assembly.moment)
         length: Any = posed.characteristic_length
         if not np.all(length > 0) and any(
             isinstance(e, FiniteSpring) for chain in found.legs.chains for e in chain.elements
@@ -224,8 +221,9 @@ class Postures:
             point,
             cast("float", np.where(length > 0, length, 1.0)[()]),
             on_platform(found.on_platform, point),
-            steady,
             found.nodes,
+            on_platform(assembly.steady, point) if assembly.steady else None,
+            assembly.moment,
         )
         # what was given has to act with its moments: forces, and the masses of the robot, by points
         wanted = [(load.point, load.force) for several in forces.values() for load in several]

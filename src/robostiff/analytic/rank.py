@@ -16,7 +16,7 @@ from robostiff.analytic.derivation import Derivation, RobotDerivation
 from robostiff.analytic.exact.definition import count_of
 from robostiff.analytic.exact.factors import echelon, null_space, shared_factors
 from robostiff.analytic.exact.field import ExactField
-from robostiff.analytic.questions.loci import (
+from robostiff.analytic.loci import (
     LONG,
     coupling_of,
     decoupling_in_names,

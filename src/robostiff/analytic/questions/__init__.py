@@ -1,1 +1,0 @@
-"""What a formula says: rank, free motions, eigenvalues, loci of singularities."""

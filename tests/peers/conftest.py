@@ -1,0 +1,5 @@
+"""OpenSees in a process of its own."""
+
+from tests.peers.opensees import by_opensees
+
+__all__ = ["by_opensees"]
