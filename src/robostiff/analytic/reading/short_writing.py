@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import permutations
+from itertools import permutations, product
 from typing import Any
 
 import numpy as np
@@ -100,6 +100,7 @@ class _Search:
         self.moves: dict[Any, Move] = {}
         self.units: dict[Any, bool] = {}  # whether x^2 + y^2 = 1, and x >= 0
         self.known: dict[Any, CountedFormula] = {}
+        self.triangles: dict[Any, list[Move]] = {}
 
     def formula(self, expression: Any) -> CountedFormula:
         """One and the same for an expression."""
@@ -379,17 +380,22 @@ class _Search:
         roots = dict.fromkeys(x for f in w.formulas for x in f.rooted if x.is_Mul)
         parts = (x for f in w.formulas if roots for x in f.parts if x.is_Pow and x.exp == 2)
         squared = dict.fromkeys(x.base for x in parts if x.base.is_Add)
-        for radicand in roots:
-            for above in squared:
-                side = third_side(radicand, above)
-                if side is None:
-                    continue
-                new = self.name("theta", sp.acos(above / side))
-                sine = side * sp.sin(new.symbol)
-                put = [(above, side * sp.cos(new.symbol)), (radicand, sine**2)]
-                halves = (sp.S.Half, sine), (-sp.S.Half, 1 / sine)
-                put += [(sp.Pow(radicand, x, evaluate=False), whole) for x, whole in halves]
-                yield self.move(put_in, tuple(put), new=new)
+        for pair in product(roots, squared):
+            if pair not in self.triangles:
+                self.triangles[pair] = [*self.by_triangle(*pair)]
+            yield from self.triangles[pair]
+
+    def by_triangle(self, radicand: Any, above: Any) -> Iterator[Move]:
+        """The angle of two sides of which one is below a root, where they make a third side."""
+        side = third_side(radicand, above)
+        if side is None:
+            return
+        new = self.name("theta", sp.acos(above / side))
+        sine = side * sp.sin(new.symbol)
+        put = [(above, side * sp.cos(new.symbol)), (radicand, sine**2)]
+        halves = (sp.S.Half, sine), (-sp.S.Half, 1 / sine)
+        put += [(sp.Pow(radicand, x, evaluate=False), whole) for x, whole in halves]
+        yield self.move(put_in, tuple(put), new=new)
 
     def by_compliances(self, w: Writing) -> Iterator[Move]:
         """Ratios of compliances where moduli are multiplied out below a fraction bar."""
