@@ -341,15 +341,7 @@ class _DrawnRobots:
     @cached_property
     def rows(self) -> np.ndarray:
         """Poses (N, n)."""
-        poses = self.poses
-        return np.asarray(poses.values if isinstance(poses, JointCoordinates) else poses)
-
-    @cached_property
-    def _root(self) -> np.ndarray:
-        """Of the covariance: (n, 1) deviations of independent parameters, or (n, n)."""
-        if np.count_nonzero(self.covariance) == len(self.names):
-            return np.sqrt(np.diag(self.covariance))[:, None]
-        return np.linalg.cholesky(self.covariance)
+        return np.asarray(getattr(self.poses, "values", self.poses))
 
     @staticmethod
     def of(
@@ -405,13 +397,9 @@ class _DrawnRobots:
         """Parameters (n, m) of m robots, by quantiles u (n, m) between 0 and 1, ends excluded."""
         from scipy.special import ndtri
 
-        if self.are_normal.all():
-            z = ndtri(u)
-        else:
-            z = 3**0.5 * (2.0 * u - 1.0)
-            z[self.are_normal] = ndtri(u[self.are_normal])
-        z = np.multiply(z, self._root, out=z) if self._root.shape[1] == 1 else self._root @ z
-        return np.add(z, self.nominal[:, None], out=z)
+        z = 3**0.5 * (2.0 * u - 1.0)
+        z[self.are_normal] = ndtri(u[self.are_normal])
+        return np.linalg.cholesky(self.covariance) @ z + self.nominal[:, None]
 
     def fill(self, values: np.ndarray, out: Mapping[str, np.ndarray]) -> None:
         """Fill each output (m, N) of m robots with parameters (n, m).
@@ -486,9 +474,8 @@ def sobol_indices(
 
     drawn = _DrawnRobots.of(robot, spreads, [output], pose, threads)
     if len(drawn.rows) != 1:
-        raise InputError(
-            "pose of indices", got=Words(f"{len(drawn.rows)} poses"), expected="one pose"
-        )
+        got = Words(f"{len(drawn.rows)} poses")
+        raise InputError("pose of indices", got=got, expected="one pose")
     if samples < 1 or samples & (samples - 1):
         raise InputError("samples of indices", got=samples, expected="a power of two")
 
