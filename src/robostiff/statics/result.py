@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, wraps
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.equations.newton import FoundEquilibrium
-from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
+from robostiff.statics.equations.problem import Linearised
 from robostiff.statics.equations.stability import CriticalPoint
 from robostiff.statics.loaded_parts import (
     BodyPlaces,
@@ -32,7 +32,7 @@ from robostiff.statics.loaded_parts import (
     body_places,
     shares_of,
 )
-from robostiff.statics.loading.loaded_posture import as_snapshot
+from robostiff.statics.loading.loaded_posture import LoadedPosture, as_snapshot
 from robostiff.statics.solution import Solution
 
 _NOT_FREE = (
@@ -158,12 +158,7 @@ class Equilibrium(StatusOfPoses, InNotebooks):
     @property
     def posed(self) -> Snapshot | Network | CableRobot | None:
         """The robot without load: a snapshot, a network or a cable robot."""
-        return self.solution.posed
-
-    @property
-    def problem(self) -> EquilibriumProblem | None:
-        """What was solved."""
-        return self.found and self.found.problem
+        return self.solution.loaded and self.solution.loaded.posed
 
     @property
     def snapshot(self) -> Snapshot | None:
@@ -248,7 +243,7 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         Of a snapshot the frame is at its reference point, along the world axes without load.
         """
         found = self._require()
-        R, p = self.solution.frame or (np.eye(3), found.problem.point)
+        R, p = cast("LoadedPosture", self.solution.loaded).frame
         state = found.state
         place = state.p + state.R @ (p - found.problem.point)
         return np.concatenate([place, vector_of_rotation(state.R @ R)])

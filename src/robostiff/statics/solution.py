@@ -11,9 +11,7 @@ from robostiff.analysis.cable_stiffness import status_of_cables
 from robostiff.elastostatics import Status
 from robostiff.frozen import field, frozen, replace
 from robostiff.kinematics.turn import turn_by_vector
-from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
-from robostiff.network import Network
 from robostiff.statics.equations.equilibrium_path import SAFE, first_critical, path
 from robostiff.statics.equations.newton import FoundEquilibrium, equilibrium_at
 from robostiff.statics.equations.problem import LoadCase
@@ -46,9 +44,10 @@ class Solution:
         curvature of the energy to that without load.
     held : bool
         Whether the pose of the platform was given, and the wrench follows.
-    found, frame, posed
-        Where Newton's method ended, the unloaded frame of the platform, and the robot there, as a
-        snapshot, a network or a cable robot.
+    found : FoundEquilibrium or None
+        Where Newton's method ended.
+    loaded : LoadedPosture or None
+        The robot from which it began.
     """
 
     status: Status
@@ -56,8 +55,7 @@ class Solution:
     margins: Mapping[str, float] = field(default_factory=dict)
     held: bool = False
     found: FoundEquilibrium | None = None
-    frame: tuple[np.ndarray, np.ndarray] | None = None
-    posed: Snapshot | Network | CableRobot | None = None
+    loaded: LoadedPosture | None = None
 
     @property
     def margin(self) -> float:
@@ -127,8 +125,7 @@ def solve(
         if target is None and not may_follow:
             status |= Status.FREE_MOTIONS
         return Solution(status, critical)
-    where = found, loaded.frame, loaded.posed
-    answer = Solution(status, critical, margins, target is not None, *where)
+    answer = Solution(status, critical, margins, target is not None, found, loaded)
     return _with_status(loaded, found, answer)
 
 
@@ -138,7 +135,7 @@ def equilibrium_under(loaded: LoadedPosture, wrench: np.ndarray) -> Solution:
     if not loaded.has_posture or problem.bears_loads or np.any(wrench):
         return solve(loaded, wrench)
     found = FoundEquilibrium(LoadCase(wrench), problem.unloaded, 0.0, problem.at_rest, True, 0)
-    return Solution(loaded.status, found=found, frame=loaded.frame, posed=loaded.posed)
+    return Solution(loaded.status, found=found, loaded=loaded)
 
 
 def _with_status(loaded: LoadedPosture, found: FoundEquilibrium, answer: Solution) -> Solution:
