@@ -69,7 +69,7 @@ def equilibria() -> None:
             answer = rs.equilibrium(robot, wrench=wrench)
         posture = milliseconds(lambda robot=robot: rs.find_posture(robot, None))
         whole = milliseconds(lambda robot=robot, wrench=wrench: rs.equilibrium(robot, None, wrench))
-        found, problem = answer.found, answer.problem
+        found, problem = answer.found, answer.found.problem
         if found is None or problem is None:
             print(f"{name:<24}{'':>16}{posture:>9.1f}{whole:>8.1f}  {answer.status}")
             continue

@@ -103,8 +103,8 @@ def test_a_strut_is_stable_where_the_axis_of_a_joint_meets_its_spring():
     pose = rs.find_posture(robot).pose[0] + [0.01, -0.02, 0.01, 0.05, -0.03, 0.02]
     answer: Any = rs.equilibrium(robot, pose)
     assert answer.status == rs.Status.OK
-    blocks, equations = answer.problem.blocks, answer.found.known.equations
-    (spring,) = answer.problem.legs.springs
+    blocks, equations = answer.found.problem.blocks, answer.found.known.equations
+    (spring,) = answer.found.problem.legs.springs
     own = spring.spots[0].chain
     block, A = next(pair for pair in zip(blocks, equations.A, strict=True) if own in pair[0].chains)
     m, row = block.free, int(np.flatnonzero((block.chains == own).any(axis=1))[0])

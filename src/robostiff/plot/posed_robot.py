@@ -339,7 +339,7 @@ def mode(
     rate = f"{short(vibration.frequency, 4)} Hz"
     rate = rate if vibration.growth == 0 else f"grows by {short(vibration.growth, 4)} /s"
     title = f"{modes.name}, mode {number}: {rate}"
-    problem = cast("EquilibriumProblem", modes.problem)
+    problem = cast("FoundEquilibrium", modes.equilibrium).problem
     sketch = _sketch(modes.posed, problem, vibration.motion, vibration.shares, Colouring.PARTS)
     sketch = sketch.exaggerated(side * sketch.exaggerated(None).scale)
     scene = sketch.scene(title, at_rest="at rest")

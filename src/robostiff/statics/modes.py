@@ -161,7 +161,13 @@ class Modes(StatusOfPoses, InNotebooks):
     @property
     def posed(self) -> Snapshot | Network | CableRobot | None:
         """The robot at the unloaded posture."""
-        return self.solve().posed
+        solution = self.solve()
+        return solution.loaded and solution.loaded.posed
+
+    @property
+    def snapshot(self) -> Snapshot | None:
+        """The robot at that posture; None of a network."""
+        return as_snapshot(self.posed)
 
     @property
     def equilibrium(self) -> FoundEquilibrium | None:
@@ -184,16 +190,6 @@ class Modes(StatusOfPoses, InNotebooks):
     def poses(self) -> tuple[Modes, ...]:
         """Those at many poses, one by one."""
         return () if self.one is None else tuple(map(self.one, range(len(self))))
-
-    @property
-    def snapshot(self) -> Snapshot | None:
-        """The robot at that posture; None of a network."""
-        return as_snapshot(self.posed)
-
-    @property
-    def problem(self) -> EquilibriumProblem | None:
-        """Whose equilibrium it vibrates about."""
-        return self.equilibrium and self.equilibrium.problem
 
     @property
     def answered(self) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, wraps
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from robostiff.network import Network
 from robostiff.spatial import Space
 from robostiff.spatial.rotation import vector_of_rotation
 from robostiff.statics.equations.newton import FoundEquilibrium
-from robostiff.statics.equations.problem import EquilibriumProblem, Linearised
+from robostiff.statics.equations.problem import Linearised
 from robostiff.statics.equations.stability import CriticalPoint
 from robostiff.statics.loaded_parts import (
     BodyPlaces,
@@ -32,9 +32,11 @@ from robostiff.statics.loaded_parts import (
     body_places,
     shares_of,
 )
-from robostiff.statics.loading.loaded_posture import as_snapshot
+from robostiff.statics.loading.loaded_posture import LoadedPosture, as_snapshot
 from robostiff.statics.solution import Solution
 
+# Turn of an end of a beam against the other, at which one element is some 0.5 % off.
+_FAR = 0.1
 _NOT_FREE = (
     "rigid parts do not let the platform move so: give a displacement along the motions that they "
     "leave, or a wrench"
@@ -158,12 +160,7 @@ class Equilibrium(StatusOfPoses, InNotebooks):
     @property
     def posed(self) -> Snapshot | Network | CableRobot | None:
         """The robot without load: a snapshot, a network or a cable robot."""
-        return self.solution.posed
-
-    @property
-    def problem(self) -> EquilibriumProblem | None:
-        """What was solved."""
-        return self.found and self.found.problem
+        return self.solution.loaded and self.solution.loaded.posed
 
     @property
     def snapshot(self) -> Snapshot | None:
@@ -209,6 +206,11 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         if self.has_answer and isinstance(self.posed, CableRobot):
             tensions = np.array([cable.tension for cable in self.springs])
             advice = (*beyond_limits(self.posed, tensions), *advice)
+        if self.has_answer and (found := self.found):
+            bend = found.problem.legs.largest_bend(found.state)
+            if bend > _FAR:
+                more = f"a beam bends by {bend:.2g} rad, for which one element is not exact"
+                advice = (f"{more}: rs.equilibrium(..., beams=rs.Bowing(elements=8))", *advice)
         if self.critical is None:
             return advice
         return (f"at {self.critical.factor:.4g} of the load {self.critical.words}", *advice)
@@ -248,7 +250,7 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         Of a snapshot the frame is at its reference point, along the world axes without load.
         """
         found = self._require()
-        R, p = self.solution.frame or (np.eye(3), found.problem.point)
+        R, p = cast("LoadedPosture", self.solution.loaded).frame
         state = found.state
         place = state.p + state.R @ (p - found.problem.point)
         return np.concatenate([place, vector_of_rotation(state.R @ R)])

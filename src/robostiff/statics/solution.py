@@ -10,9 +10,7 @@ import numpy as np
 from robostiff.analysis.cable_stiffness import status_of_cables
 from robostiff.elastostatics import Status
 from robostiff.frozen import field, frozen, replace
-from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
-from robostiff.network import Network
 from robostiff.statics.equations.equilibrium_path import (
     SAFE,
     first_critical,
@@ -50,9 +48,10 @@ class Solution:
         curvature of the energy to that without load.
     held : bool
         Whether the pose of the platform was given, and the wrench follows.
-    found, frame, posed
-        Where Newton's method ended, the unloaded frame of the platform, and the robot there, as a
-        snapshot, a network or a cable robot.
+    found : FoundEquilibrium or None
+        Where Newton's method ended.
+    loaded : LoadedPosture or None
+        The robot from which it began.
     """
 
     status: Status
@@ -60,8 +59,7 @@ class Solution:
     margins: Mapping[str, float] = field(default_factory=dict)
     held: bool = False
     found: FoundEquilibrium | None = None
-    frame: tuple[np.ndarray, np.ndarray] | None = None
-    posed: Snapshot | Network | CableRobot | None = None
+    loaded: LoadedPosture | None = None
 
     @property
     def margin(self) -> float:
@@ -131,8 +129,7 @@ def solve(
         if not (held or may_follow):
             status |= Status.FREE_MOTIONS
         return Solution(status, critical)
-    where = found, loaded.frame, loaded.posed
-    answer = Solution(status, critical, margins, held, *where)
+    answer = Solution(status, critical, margins, held, found, loaded)
     return _with_status(loaded, found, answer)
 
 
@@ -142,7 +139,7 @@ def equilibrium_under(loaded: LoadedPosture, wrench: np.ndarray) -> Solution:
     if not loaded.has_posture or problem.bears_loads or np.any(wrench):
         return solve(loaded, wrench)
     found = FoundEquilibrium(LoadCase(wrench), problem.unloaded, 0.0, problem.at_rest, True, 0)
-    return Solution(loaded.status, found=found, frame=loaded.frame, posed=loaded.posed)
+    return Solution(loaded.status, found=found, loaded=loaded)
 
 
 def _with_status(loaded: LoadedPosture, found: FoundEquilibrium, answer: Solution) -> Solution:

@@ -353,6 +353,14 @@ class Legs:
         least = np.where(left > 0, before.axial - _OF_THE_WAY * left, -np.inf)
         return replace(after, axial=np.maximum(after.axial, least))
 
+    def largest_bend(self, state: State) -> float:
+        """The largest angle between a line of a beam and its chord, about, or of its ends [rad]."""
+        arrays = self.arrays
+        y = arrays.spring_coordinates(state.x)[arrays.beams]
+        moved = (arrays.modes[arrays.beams] @ y[..., None])[..., 0]
+        d, r = np.linalg.norm(moved[:, 1:3], axis=1), np.linalg.norm(moved[:, 4:], axis=1)
+        return float(np.max([r, 1.5 * d * arrays.bending.s[:, 0]], initial=0.0))
+
     def pulls(self, state: State, share: float) -> Pulls:
         """What springs between bodies do at a state under a share of loads."""
         at, moving = self.numbers, self._moving(state)
