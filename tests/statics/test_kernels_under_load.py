@@ -416,3 +416,34 @@ def test_robots_of_any_size_have_kernels(tmp_path: Path, unit: str, size: float)
     there = grown.evaluate(pose * [size, 1, 1], F * of_force)
     assert not there.guarded.any()
     np.testing.assert_allclose(there.displacement[0] / of_shift, expected, rtol=1e-9)
+
+
+SMALL = """
+robostiff: 1
+name: small
+source: made up for a test
+sections: {rod: {circle: {diameter: 2 um}}}
+legs:
+  - name: arm
+    chain:
+      - {type: beam, name: column, to: [0, 0, 20 um], material: steel, section: rod}
+      - {type: revolute, name: turn, axis: z, role: actuated, stiffness: 1e-8 N*m/rad}
+      - {type: beam, name: arm, to: [20 um, 0, 0], y_axis: y, material: steel, section: rod}
+      - type: telescope
+        name: quill
+        direction: -z
+        role: actuated
+        stiffness: 1000 N/m
+        home: 10 um
+        beams: [{share: 1, material: steel, section: rod}]
+"""
+
+
+def test_postures_near_home_are_near_in_a_small_arm(tmp_path: Path):
+    """Slides are drawn in parts of its size, not of a metre, at which it would seem rigid."""
+    robot = rs.load(written(tmp_path / "small.yaml", SMALL))
+    q, F = np.array([[0.1, 1.1e-5]]), np.array([3e-6, 2e-6, -4e-6, 0, 0, 1e-11])
+    found = rs.compile_loaded(robot).evaluate(rs.JointCoordinates(q), F)
+    expected: Any = rs.equilibrium(robot, rs.JointCoordinates(q[0]), F)
+    assert not found.guarded.any()
+    np.testing.assert_allclose(found.displacement[0], expected.displacement, rtol=1e-9, atol=1e-17)

@@ -12,6 +12,7 @@ import numpy as np
 from robostiff.errors import InputError, Words
 from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, Posture, PostureFinder, posture_finder
+from robostiff.kinematics.pose import joint_units
 from robostiff.model import Robot, with_entries
 from robostiff.model.entries import OfSymbols, Symbolic
 from robostiff.record import (
@@ -115,7 +116,8 @@ def sample_postures(finder: PostureFinder, seed: int | None = None, nearer: int 
     by_joints, chain = finder.robot.is_posed_by_joints, finder.robot.legs[0].chain
     chosen = finder.robot.coordinate_places
     if by_joints:
-        home, scale, most = chain.home, chain.free, 3
+        units = np.where(np.array(joint_units(chain)) == "m", finder.length, 1.0)
+        home, scale, most = chain.home, chain.free * units, 3
     else:
         home, most = finder.home_pose[chosen], 1
         scale = np.where(np.arange(6) < 3, finder.length, 2.0)[chosen]

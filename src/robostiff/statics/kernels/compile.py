@@ -19,6 +19,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import DisagreementError, InputError, NoAnswerError
 from robostiff.kept import kept
 from robostiff.kinematics import JointCoordinates, Posture, PostureFinder, posture_finder
+from robostiff.kinematics.pose import joint_units
 from robostiff.model import ALL_COORDINATES, Robot
 from robostiff.model.entries import formulas
 from robostiff.record import Program, Record
@@ -248,9 +249,10 @@ def _loaded_postures(finder: PostureFinder, standing: StandingLoads) -> list[Loa
     struts = struts_among(found[0].problem)
     drawn = _DRAWN_OF_STRUTS if struts else _DRAWN
     if robot.is_posed_by_joints:
-        home, moving = robot.legs[0].chain.home, robot.legs[0].chain.free
-        shifts = _SPREAD * random.uniform(-1, 1, (drawn, home.size)) * moving
-        pose = JointCoordinates(home + shifts)
+        chain = robot.legs[0].chain
+        size = chain.free * np.where(np.array(joint_units(chain)) == "m", finder.length, 1.0)
+        shifts = _SPREAD * size * random.uniform(-1, 1, (drawn, len(size)))
+        pose = JointCoordinates(chain.home + shifts)
     else:
         places = robot.coordinate_places
         size = np.where(np.array(places) < 3, finder.length, 1.5)
