@@ -221,3 +221,16 @@ def test_rates_that_are_rounding_beside_the_readings():
     unknowns = [Unknown("c", UnknownKind.COMPLIANCE, 1.0, "m/N")]
     assert identifiability(J, unknowns, 1.0).fixed == (0,)
     assert identifiability(J, unknowns, 1e-4).fixed == ()
+
+
+@pytest.mark.parametrize("name", ["tool", "arm"])
+def test_lengths_of_hybrid_machines_need_drives_as_postures(name: str):
+    """They move the drives of a platform in its place, though not those of home."""
+    robot = rs.load("examples/tricept-with-head.yaml", symbols=(name,))
+    read = rs.Measurements(
+        [[0.1, 0.05, -1.6, 0.1, 0.2]] * 2, [[0, 0, 0], [1e-4, 0, 0]], sigma=1e-6,
+        wrenches=[[0] * 6, [900, 500, -2000, 0, 0, 0]], kinds=rs.Reading.DISPLACEMENT,
+    )  # fmt: skip
+    frames = rs.KnownFrames({"marker": [0, 0, -0.45]})
+    with pytest.raises(rs.InputError, match=f"'{name}' of .*: got a length or an angle, with pos"):
+        rs.identify(robot, read, [name], frames=frames)

@@ -169,6 +169,10 @@ def test_a_rod_bent_by_half_a_radian_is_the_elastica(elements: int, most: float)
     off = bent.displacement[[0, 2]] - [along - 1, across]
     assert np.abs(off).max() < most * across
     assert np.isclose(-bent.displacement[4], turn, rtol=most)
+    (words,) = loaded(rod(2e-3), wrench=[0, 0, P, 0, 0, 0]).advice
+    assert words.startswith("a beam bends by 0.")
+    assert not bent.advice
+    assert not loaded(rod(2e-3), wrench=[0, 0, 0.15 * P, 0, 0, 0]).advice
 
 
 @pytest.mark.parametrize("diameter", [5e-4, 5e-3, 20e-3])

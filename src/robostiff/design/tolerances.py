@@ -85,9 +85,8 @@ def _deviation(spread: Uniform | Normal, robot: Robot, name: str) -> float:
             part = f"{type(spread).__name__}({given.strip()})"
             hint = f'write "{given.strip()} {unit}", or {part} for that part of the nominal value'
             expected = f"the same dimension as {like}"
-            raise InputError(
-                subject, got=given, expected=expected, hint=hint if quantity.is_bare else None
-            )
+            hint = hint if quantity.is_bare else None
+            raise InputError(subject, got=given, expected=expected, hint=hint)
         size = float(quantity.magnitude)
     elif nominal == 0.0:
         expected = "a text with a unit, as its nominal value is zero"
@@ -143,9 +142,7 @@ class Tolerances(InNotebooks):
     def quantile(self, name: str, q: float) -> tuple[np.ndarray, np.ndarray]:
         """A quantile (N,) of an output at each pose, and its standard error (N,).
 
-        Of robots that have an answer.
-
-        Raises InputError when there is no such output, or q is not between 0 and 1.
+        Of robots that have an answer. InputError for another output, or a q beyond 0 and 1.
         """
         values = self._of(name)
         if np.ndim(q) or not 0 <= q <= 1:
@@ -174,19 +171,16 @@ class Tolerances(InNotebooks):
         """Spearman's correlation of each parameter with an output, of the first robots.
 
         Its square is near to the share of a parameter wherever the output follows it in one
-        direction, to first order or not.
-
-        Raises NoAnswerError when no parameter changes the output.
+        direction, to first order or not. NoAnswerError when no parameter changes the output.
         """
         from scipy.stats import rankdata
 
         values = self._at(name, pose)[: len(self.drawn)]
-        known = np.isfinite(values)
-        ranks = rankdata(np.column_stack([self.drawn[known], values[known]]), axis=0)
+        ranks = rankdata(np.column_stack([self.drawn, values])[np.isfinite(values)], axis=0)
         if not np.ptp(ranks[:, -1]):
             raise _same(name)
-        each = np.corrcoef(ranks, rowvar=False)[-1, :-1]
-        return dict(zip(self.deviations, each.tolist(), strict=True))
+        each = np.corrcoef(ranks, rowvar=False)[-1, :-1].tolist()
+        return dict(zip(self.deviations, each, strict=True))
 
     def _at(self, name: str, pose: int) -> np.ndarray:
         """Values (samples,) of an output at a pose."""
@@ -211,14 +205,13 @@ class Tolerances(InNotebooks):
         """Share of each parameter in the variance of an output, to first order, largest first.
 
         Of parameters whose errors go together with its covariance: some may be below zero.
-
-        Raises NoAnswerError when no parameter changes the output to first order.
+        NoAnswerError when no parameter changes the output to first order.
         """
         self._at(name, pose)  # raises where there is no such output or pose
         parts = self._parts(name)[pose]
-        if not np.sum(parts):
+        if not (variance := np.sum(parts)):
             raise _same(name)
-        each = zip(self.deviations, (parts / np.sum(parts)).tolist(), strict=True)
+        each = zip(self.deviations, (parts / variance).tolist(), strict=True)
         return dict(sorted(each, key=lambda pair: -pair[1]))
 
     def _parts(self, name: str) -> np.ndarray:
@@ -235,7 +228,6 @@ class Tolerances(InNotebooks):
 
 
 def _same(name: str) -> NoAnswerError:
-    """There are no shares of an output that is the same for all robots."""
     return NoAnswerError(f"no shares of {name!r}: none of these parameters changes it")
 
 
@@ -367,12 +359,11 @@ class _DrawnRobots:
                     raise InputError(f"spread of {pattern!r}", got=spread, expected=expected)
                 of |= dict.fromkeys(parameters_like(robot, pattern), spread)
             values = {name: float(robot.nominal[name]) for name in of}
-            deviations = [_deviation(spread, robot, name) for name, spread in of.items()]
-            covariance = np.diag(np.square(deviations))
+            covariance = np.diag([_deviation(x, robot, name) ** 2 for name, x in of.items()])
         else:
             robot, values, covariance = spreads.estimate
         names = tuple(sorted(values))
-        order = [list(values).index(name) for name in names]
+        order = [[*values].index(name) for name in names]
         for output in outputs:
             Gradient(output, names).shape(robot.space)  # raises where it has several
         positive = {symbol.name for symbol in robot.symbols if symbol.is_positive}
@@ -388,9 +379,8 @@ class _DrawnRobots:
             threads,
         )
         nominal = drawn.compiled.evaluate(drawn.poses, parameters=values)
-        numbers = np.array([nominal.values[output.name] for output in outputs])
-        subject = f"tolerances of {robot.name!r}"
-        require_answers(subject, "nominal values", numbers, nominal.status_codes)
+        numbers, codes = np.array([nominal.values[x.name] for x in outputs]), nominal.status_codes
+        require_answers(f"tolerances of {robot.name!r}", "nominal values", numbers, codes)
         return drawn
 
     def values(self, u: np.ndarray) -> np.ndarray:
@@ -473,9 +463,8 @@ def sobol_indices(
     from scipy.stats import uniform
 
     drawn = _DrawnRobots.of(robot, spreads, [output], pose, threads)
-    if len(drawn.rows) != 1:
-        got = Words(f"{len(drawn.rows)} poses")
-        raise InputError("pose of indices", got=got, expected="one pose")
+    if (count := len(drawn.rows)) != 1:
+        raise InputError("pose of indices", got=Words(f"{count} poses"), expected="one pose")
     if samples < 1 or samples & (samples - 1):
         raise InputError("samples of indices", got=samples, expected="a power of two")
 
@@ -483,17 +472,17 @@ def sobol_indices(
         found = np.empty((u.shape[1], 1))
         inside = np.clip(u, _NEAREST, 1.0 - _NEAREST)  # points at 0 and 1 are among these
         drawn.fill(drawn.values(np.ascontiguousarray(inside)), {output.name: found})
-        if not np.isfinite(found).all():
-            lost = int(np.count_nonzero(~np.isfinite(found)))
+        if lost := int(np.count_nonzero(~np.isfinite(found))):
             raise NoAnswerError(f"{lost} of {len(found)} robots have no answer: spread them less")
         return found[:, 0]
 
     cubes, rng = [uniform()] * len(drawn.names), np.random.default_rng(seed)
     if len(cubes) == 1:  # all of the variance is its own
-        numbers(rng.random((1, samples)))
+        if not np.ptp(numbers(rng.random((1, samples)))):
+            raise _same(output.name)
         return {drawn.names[0]: (1.0, 1.0)}
     found = indices_of(func=numbers, n=samples, dists=cubes, rng=rng)
-    if not np.isfinite(found.total_order).all():
+    if np.isnan(found.total_order).any():
         raise _same(output.name)
     pairs = zip(np.ravel(found.first_order), np.ravel(found.total_order), strict=True)
     each = {name: (float(S), float(T)) for name, (S, T) in zip(drawn.names, pairs, strict=True)}

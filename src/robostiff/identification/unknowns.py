@@ -305,9 +305,13 @@ def _of_symbol(robot: Robot, name: str) -> tuple[Robot, Unknown]:
         return robot, Unknown(name, compliance, value, unit, _LEAST * value, name)
     rest = {str(x): robot.nominal[str(x)] for x in robot.symbols}
     away = value + _AWAY * (abs(value) or 1.0)
-    homes = [find_posture(robot.substituted({**rest, name: x})) for x in (value, away)]
-    moved = [[home.pose] if robot.is_posed_by_joints else home.coordinates for home in homes]
-    pairs = zip(*moved, strict=True)
+    near, far = (robot.substituted({**rest, name: x}) for x in (value, away))
+    home = find_posture(near)
+    if robot.is_posed_by_joints:
+        pairs = [(home.pose, find_posture(far).pose)]
+    else:  # of a platform in the same place
+        there = find_posture(far, home.pose.reshape(-1, 6)[0, robot.coordinate_places])
+        pairs = [*zip(home.coordinates, there.coordinates, strict=True)]
     moves = not all(np.allclose(a, b, rtol=0, atol=1e-12) for a, b in pairs)
     least = 0.0 if symbol.is_positive else -np.inf
     kind = UnknownKind.GEOMETRY if moves else UnknownKind.OTHER

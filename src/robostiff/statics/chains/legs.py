@@ -354,12 +354,12 @@ class Legs:
         return replace(after, axial=np.maximum(after.axial, least))
 
     def largest_bend(self, state: State) -> float:
-        """The largest angle between a line of a beam and its chord, about, or of its ends [rad]."""
-        arrays = self.arrays
+        """The largest angle by which a beam of one element bends, or its chord turns [rad]."""
+        arrays, is_one = self.arrays, self.inner_modes.any(axis=-1)
         y = arrays.spring_coordinates(state.x)[arrays.beams]
-        moved = (arrays.modes[arrays.beams] @ y[..., None])[..., 0]
+        moved = (arrays.modes[arrays.beams] @ y[..., None])[is_one, :, 0]
         d, r = np.linalg.norm(moved[:, 1:3], axis=1), np.linalg.norm(moved[:, 4:], axis=1)
-        return float(np.max([r, 1.5 * d * arrays.bending.s[:, 0]], initial=0.0))
+        return float(np.max([r, 1.5 * d * arrays.bending.s[is_one, :1].sum(axis=-1)], initial=0.0))
 
     def pulls(self, state: State, share: float) -> Pulls:
         """What springs between bodies do at a state under a share of loads."""
