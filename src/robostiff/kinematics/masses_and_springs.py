@@ -59,18 +59,6 @@ def with_body_springs(posture: Posture) -> Snapshot:
     ------
     InputError
         When a spring names no body of the robot.
-
-    Examples
-    --------
-    >>> from dataclasses import replace
-    >>> from robostiff.kinematics import find_posture
-    >>> from robostiff.model import BodyPoint, BodySpring
-    >>> from robostiff.robots import load
-    >>> ends = BodyPoint("base"), BodyPoint("arm/upper arm", [0, 0, 0.1])
-    >>> spring = BodySpring("compensator", ends, stiffness=2000.0, free_length=0.2)
-    >>> arm = replace(load("six-joint-arm"), springs=(spring,))
-    >>> with_body_springs(find_posture(arm)).springs[0].points[1].round(3)
-    array([[0.184, 0.   , 0.544]])
     """
     springs = posture.robot.in_floats.springs
     if not springs:

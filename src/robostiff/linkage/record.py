@@ -108,15 +108,6 @@ def record_linkage(
     All ways to hold the platform are those of one leg. None where the closure has no record; the
     second result are coordinates that no loop determines. A transmitted wrench that meets no
     compliance is an `InputError`.
-
-    Examples
-    --------
-    >>> from robostiff.linkage import DrivenLinkage
-    >>> from robostiff.robots.descriptions import load_linkage
-    >>> driven = DrivenLinkage.of(load_linkage("double-pantograph"))
-    >>> recorded, undetermined = record_linkage(driven, driven.samples())
-    >>> recorded.closure.inputs, recorded.factors.rank, undetermined
-    (('screw',), 6, ())
     """
     closure, undetermined = record_linkage_closure(driven, samples)
     if closure is None:

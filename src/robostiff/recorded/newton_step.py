@@ -45,15 +45,6 @@ class SparseElimination:
     The order of pivots is chosen at the samples: safe ones first, and among those the one that
     fills in least (Markowitz). Where a chosen pivot vanishes elsewhere, so does the determinant of
     its group.
-
-    Examples
-    --------
-    >>> elimination = SparseElimination()
-    >>> equations = [LinearEquation({"x": 1, "y": 1}, 3), LinearEquation({"x": 1, "y": -1}, 1)]
-    >>> elimination.eliminate(equations, ["x", "y"])
-    []
-    >>> sorted(elimination.solution().items())
-    [('x', 2.0), ('y', 1.0)]
     """
 
     # Of each group, in the order of elimination

@@ -87,16 +87,6 @@ def pose_columns(
     it all six; names of joints pose a serial arm, or drive a linkage. An arm without a home of its
     platform has the joint of a name, whatever the platform calls so. With a wrench, perhaps empty,
     its components and a factor follow, as coordinates like the others.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> pose_columns(rs.load("3-puu"), ["x"]).names
-    ('x', 'y', 'z')
-    >>> pose_columns(rs.load("two-link-arm"), ["elbow"]).names
-    ('shoulder', 'elbow')
-    >>> pose_columns(rs.load("3-rpr"), ["x", "factor"], (0.0, -5.0, 0.0)).names
-    ('x', 'y', 'rz', 'Fx', 'Fy', 'Mz', 'factor')
     """
     if isinstance(robot, Linkage):
         connection_of = {name: c.name for c in robot.connections for name in c.coordinate_names}

@@ -225,16 +225,6 @@ class WrittenField:
     """A field of a frozen dataclass that may be given as `Unwritten`; it is written at first use.
 
     `default`: of the field.
-
-    Examples
-    --------
-    >>> @frozen
-    ... class Answer:
-    ...     value: WrittenField = WrittenField()
-    >>> Answer(Unwritten(lambda: 6 * 7)).value
-    42
-    >>> Answer(42) == Answer(Unwritten(lambda: 6 * 7))
-    True
     """
 
     def __init__(self, *default: Any) -> None:

@@ -55,16 +55,6 @@ class NamedSprings:
     and given matrices stay as they are.
 
     `taken`: names that stand for something else.
-
-    Examples
-    --------
-    >>> from robostiff.robots import load
-    >>> symbols = ("b", "h", "l1", "l2")
-    >>> names = NamedSprings(load("two-link-arm", symbols=symbols), symbols).definitions
-    >>> [str(d.symbol) for d in names]
-    ['E', 'G', 'EA_1', 'EI_y_1', 'EI_z_1', 'GJ_1', 'EA_2', 'EI_2', 'GJ_2', 'k_1', 'k_2']
-    >>> names[0].expression, names[3].expression, names[-1].expression
-    (210000000000, E*b*h**3/12, 100000)
     """
 
     def __init__(self, robot: Robot, taken: Iterable[str]) -> None:

@@ -30,15 +30,6 @@ class CombinationNames:
     """Gives names to polynomials and writes others through them.
 
     `taken`: names that are not to be given; `definitions`: the names so far.
-
-    Examples
-    --------
-    >>> R, r, h = sp.symbols("R r h", positive=True)
-    >>> field = ExactField([R, r, h])
-    >>> names = CombinationNames(field, set())
-    >>> names.give(field.element(R - r).num)
-    >>> names.polynomial(field.element((R - r) ** 2 + h**2).num)
-    d_a**2 + h**2
     """
 
     def __init__(self, field: ExactField, taken: set[str]) -> None:

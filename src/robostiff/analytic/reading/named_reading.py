@@ -50,15 +50,6 @@ class NamedReading:
 
     `symbols`: one for each input; `springs`: what some of them stand for; `definitions`: the
     names, in the order in which they can be computed.
-
-    Examples
-    --------
-    >>> from robostiff.record import square_root
-    >>> record = Record({"x": [3.0, 4.0]})
-    >>> x = record.input("x")
-    >>> read = NamedReading(record, {"x": sp.Symbol("x")})
-    >>> read((x + 1) / square_root(x * x + 1)), read.definitions
-    ((x + 1)/L_a, [Definition(symbol=L_a, expression=sqrt(x**2 + 1))])
     """
 
     def __init__(
