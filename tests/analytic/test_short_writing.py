@@ -24,6 +24,7 @@ from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.reading.short_writing import Written, shortest
 from robostiff.analytic.springs.sum_of_springs import different_entries, operations_of
 from tests.analytic.export.derivations import ALL
+from tests.analytic.export.programs import in_python
 from tests.analytic.formulas import (
     CASE_A,
     CASE_B,
@@ -36,7 +37,8 @@ from tests.analytic.formulas import (
     three_puu,
 )
 from tests.analytic.test_printed_formulas import kept
-from tests.analytic.test_right_or_refused import distance, function_of, values_for
+from tests.analytic.test_right_or_refused import values_for
+from tests.cases.metric import apart
 
 NAMES = ("gsb-drive", "3-prs", "3-rrr", "3-upu", "orthoglide", "tripteron", "us-ups")
 # Operations of K and of what its names stand for, and lines in which it is printed: a long one is
@@ -109,8 +111,8 @@ def test_a_planar_leg_of_two_beams_is_as_in_a_textbook(tmp_path):
         named = derivation.named
         assert named is not None
         assert operations_of(named.K, named.definitions) <= 40
-        K = function_of(derivation)(**values_for(derivation, robot.nominal))
-        assert distance(K, rs.stiffness(robot.numeric).K) < 1e-9
+        K = in_python(derivation)(**values_for(derivation, robot.nominal))
+        assert apart(K, rs.stiffness(robot.numeric).K) < 1e-9
     named = derived("planar-leg").named
     assert named is not None
     k, l1, l2, t2 = (sp.Symbol(x, positive=True) for x in ("k", "l1", "l2", "theta2"))
@@ -125,7 +127,7 @@ def test_a_planar_leg_of_two_beams_is_as_in_a_textbook(tmp_path):
 def test_a_beam_as_stiff_as_its_drive_is_no_special_case():
     derivation = derived("gsb-drive")
     robot = rs.load(DATA / "gsb-drive.yaml", symbols=rs.ALL_PARAMETERS)
-    function = function_of(derivation)
+    function = in_python(derivation)
     nominal = robot.nominal
     values = {s: nominal[s.name] for s in derivation.symbols}
     known = dict(values)
@@ -135,10 +137,10 @@ def test_a_beam_as_stiff_as_its_drive_is_no_special_case():
     for factor in (1, 1 + 1e-12, 1 - 1e-9, 1 + 1e-6, 0.5, 2):
         own = {**nominal, "k": equal * factor}
         K = function(**values_for(derivation, own))
-        assert distance(K, rs.stiffness(robot.substituted(own)).K) < 1e-12
+        assert apart(K, rs.stiffness(robot.substituted(own)).K) < 1e-12
         wanted = rs.stiffness(robot.substituted(own)).K
         written = np.array(derivation.K.xreplace({s: own[s.name] for s in values}), dtype=float)
-        assert distance(written, wanted) < 1e-12
+        assert apart(written, wanted) < 1e-12
 
 
 @pytest.mark.parametrize("name", ["3-rrr", "delta"])

@@ -229,7 +229,7 @@ def test_exact_unit_is_the_unit(word, power):
 
 def test_parameters_follow_symbols_exactly():
     definitions = {"h": "2*R + 1 mm", "R": "300 mm", "n": 0.1}
-    values = parameter_values(definitions, IN_SYMBOLS, exact_mathematics())
+    values = parameter_values(definitions, {"R": IN_SYMBOLS["R"]}, exact_mathematics())
     assert values["h"].magnitude == 2 * IN_SYMBOLS["R"].magnitude + sp.Rational(1, 1000)
     assert values["n"].magnitude == sp.Rational(1, 10)
 

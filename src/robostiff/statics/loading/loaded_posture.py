@@ -13,7 +13,7 @@ from robostiff.analysis import CableStiffness, cable_stiffness, stiffness
 from robostiff.analysis.result import require_one_pose
 from robostiff.elastostatics import Status
 from robostiff.errors import InputError, NoAnswerError, Words
-from robostiff.frozen import frozen, replace
+from robostiff.frozen import field, frozen, replace
 from robostiff.kept import kept, kept_for_last
 from robostiff.kinematics import (
     ActuatorCoordinates,
@@ -78,12 +78,12 @@ class LoadedPosture:
     """
 
     name: str
-    problem: EquilibriumProblem
+    problem: EquilibriumProblem = field(compare=False)
     space: Space
     frame: tuple[np.ndarray, np.ndarray]
     status: Status
     posed: Snapshot | Network | CableRobot
-    masses: CarriedMasses = _NO_MASSES
+    masses: CarriedMasses = field(default=_NO_MASSES, compare=False)
 
     @property
     def has_posture(self) -> bool:
