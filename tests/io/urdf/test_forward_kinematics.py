@@ -14,11 +14,12 @@ from tests.io.urdf.examples import (
     with_side,
 )
 
-# Talos has a differential in its torso.
+# Talos has a differential in its torso, and the Panda a stiffness that nothing reads.
 pytestmark = [
     needs_examples,
     pytest.mark.filterwarnings(
-        "ignore:.*transmissions that connect several joints:robostiff.errors.PlausibilityWarning"
+        "ignore:.*(transmissions that connect several joints|K in <dynamics>)"
+        ":robostiff.errors.PlausibilityWarning"
     ),
 ]
 PANDA_TOOL = "panda_link8"
