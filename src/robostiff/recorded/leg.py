@@ -14,13 +14,12 @@ from robostiff.elasticity import Elasticity
 from robostiff.elastostatics import Tolerance, block_compliance
 from robostiff.frozen import frozen
 from robostiff.kinematics.jacobians import spring_compliance
-from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring
+from robostiff.model import PlacedLeg, PlacedSpring
 from robostiff.record import Entry, Operation, Record, usual_size
 from robostiff.recorded.elimination import (
     Column,
     Conjugate,
     LocalLeg,
-    LocalSpring,
     WorkingFrame,
     carried_by,
     local_leg,
@@ -181,9 +180,14 @@ class LegRecorder:
         )
 
     def sampled(self, leg: PlacedLeg) -> SampledLeg:
-        """A leg without singular springs in numbers, about the reference point, world axes."""
-        local = _in_world(leg, np.asarray(self.reference, dtype=object))
+        """A leg in numbers, about the reference point and in world axes."""
+        local = local_leg(leg, self.world, self.record, self.length)
         return SampledLeg.of(local, self.space.rows, self.length, self.record.count)
+
+    @property
+    def world(self) -> WorkingFrame:
+        """World axes about the reference point."""
+        return WorkingFrame(np.eye(3, dtype=int).astype(object), self.reference)
 
     @property
     def scale(self) -> np.ndarray:
@@ -201,8 +205,7 @@ class LegRecorder:
 
     def frames(self, leg: PlacedLeg) -> list[WorkingFrame]:
         """Working frames of a leg; in the plane those that keep it."""
-        world = WorkingFrame(np.eye(3, dtype=int).astype(object), self.reference)
-        frames = list(working_frames(leg, world))
+        frames = list(working_frames(leg, self.world))
         if self.space is Space.PLANAR:
             frames = [
                 WorkingFrame(frame.R, np.array([*frame.p[:2], self.reference[2]], dtype=object))
@@ -295,18 +298,6 @@ class SampledLeg:
             if np.all(square > _NOTHING):
                 ratios.append(at_samples([mu], len(self.C))[:, 0] / square / trace)
         return float(np.min(ratios, initial=1.0))
-
-
-def _in_world(leg: PlacedLeg, at: np.ndarray) -> LocalLeg:
-    """A leg about a point in world axes, its entries as they are."""
-    joints = [x for x in leg.own_parts if isinstance(x, PlacedFreedom)]
-    springs = [x for x in leg.own_parts if isinstance(x, PlacedSpring)]
-    return LocalLeg(
-        [x.twist(at).tolist() for x in joints if x.is_passive],
-        [LocalSpring(x.rotation, x.point - at, x.elasticity.compliance) for x in springs],
-        [(x.twist(at).tolist(), x.stiffness) for x in joints if x.stiffness is not None],
-        [tuple(_in_world(branch, at) for branch in block.branches) for block in leg.blocks],
-    )
 
 
 def at_samples(values: Column | np.ndarray, count: int) -> np.ndarray:
