@@ -86,7 +86,7 @@ def test_shares_of_energy_sum_to_one_and_energies_to_the_work(name):
     assert sum(part.energy for part in bent.parts) == pytest.approx(bent.energy, rel=1e-9)
     assert bent.energy == pytest.approx(0.5 * F @ rs.compliance(robot, pose) @ F, rel=1e-9)
     energies = [part.energy for part in bent.parts]
-    assert energies == sorted(energies, reverse=True)
+    assert np.all(np.diff(energies) <= 1e-9 * bent.energy)  # those of equal parts up to rounding
     assert min(energies) >= -1e-12 * max(energies)
 
 

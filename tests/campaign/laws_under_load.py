@@ -175,7 +175,7 @@ class _Laws:
         full[rows], F[rows] = found.displacement, self.wrench
         arm = Rotation.from_rotvec(full[3:]).as_matrix() @ v
         F[3:] -= np.cross(arm, F[:3])
-        place = found.problem.point + v
+        place = found.found.problem.point + v
         moved: Any = rs.equilibrium(self.machine, self.pose, F[rows], at=place, **self.more)
         if self.K is None or self.has_springs or not moved.has_answer or moved.margin < 0.1:
             return

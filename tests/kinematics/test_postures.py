@@ -164,7 +164,7 @@ def test_postures_are_the_same_to_the_last_bit_in_any_company():
     rng = np.random.default_rng(1)
     home = finder.home_pose[[2, 3, 4]]
     # As far as beyond reach, where poses are followed in many steps.
-    poses = home + rng.uniform(-1, 1, (24, 3)) * [0.5, 1.2, 1.2]
+    poses = home + rng.uniform(-1, 1, (24, 3)) * [0.5, 2.0, 2.0]
     whole = finder.find(poses)
     lost = np.flatnonzero(~whole.reached)
     assert 0 < lost.size < 12
