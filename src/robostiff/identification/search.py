@@ -88,9 +88,9 @@ def _fit(
 ) -> tuple[ReadingModel, Fit]:
     """The fit from unknowns `start` (n,) on, within bounds (n,), and the model with its states."""
     known = _where_known(model, start)
-    report = _told(model, start, known)
+    report = _identifiability_at(model, start, known)
     x, converged = _search(model, start, report.fixed, bounds, loss, known)
-    again = _told(model, x, known & _where_known(model, x))
+    again = _identifiability_at(model, x, known & _where_known(model, x))
     if set(again.fixed) != set(report.fixed):  # the start was in a special place, or the end is
         report = again
         x, converged = _search(model, x, report.fixed, bounds, loss, known)
@@ -104,7 +104,7 @@ def _fit(
     return at_end, Fit(x, start, bounds, loss, report, converged, known)
 
 
-def _told(model: ReadingModel, x: np.ndarray, known: np.ndarray) -> Identifiability:
+def _identifiability_at(model: ReadingModel, x: np.ndarray, known: np.ndarray) -> Identifiability:
     """What those numbers of readings that are known (M,) tell of the unknowns, at x (n,)."""
     y, J = model.prediction(x)
     rows, size = J[known] / model.sigma[known, None], np.linalg.norm((y / model.sigma)[known])

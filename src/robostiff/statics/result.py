@@ -209,8 +209,8 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         if self.has_answer and (found := self.found):
             bend = found.problem.legs.largest_bend(found.state)
             if bend > _FAR:
-                more = f"a beam bends by {bend:.2g} rad, for which one element is not exact"
-                advice = (f"{more}: rs.equilibrium(..., beams=rs.Bowing(elements=8))", *advice)
+                bent = f"a beam bends by {bend:.2g} rad, for which one element is not exact"
+                advice = (f"{bent}: write beams=rs.Bowing(elements=8), in Python", *advice)
         if self.critical is None:
             return advice
         return (f"at {self.critical.factor:.4g} of the load {self.critical.words}", *advice)

@@ -78,7 +78,7 @@ class LoadedPosture:
     """
 
     name: str
-    problem: EquilibriumProblem = field(compare=False)
+    problem: EquilibriumProblem = field(compare=False)  # answers are compared by what was found
     space: Space
     frame: tuple[np.ndarray, np.ndarray]
     status: Status
