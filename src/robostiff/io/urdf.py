@@ -275,7 +275,7 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
                 off = _value(child).lower() in _NO
                 if (child.tag, off) in (("turnGravityOff", False), ("gravity", True)):
                     place = element.place[0], child.location
-                    unread["weights that Gazebo switches off, of"].append(place)
+                    unread["switches of weights (turnGravityOff, gravity) of"].append(place)
                 elif "reference" in element.attributes:
                     continue
                 elif child.tag == "link" or child.tag.startswith("joint:"):
