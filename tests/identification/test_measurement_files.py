@@ -79,6 +79,7 @@ OF_HEXAPOD = """pose_z [mm];Fx [N];Fz [N];dx [um];dy [um];dz [um]
         OF_HEXAPOD.replace(";", "\t").replace(",", ".").encode("utf-16"),
         f"sep=;\n{OF_HEXAPOD};;;;;\n;;;;;\n".encode(),
         OF_HEXAPOD.replace("[um]", "[µm]").encode("latin-1"),
+        OF_HEXAPOD.replace("[um]", "[Âµm]").encode(),
     ],
 )
 def test_what_programs_write_around_a_table(content, tmp_path):

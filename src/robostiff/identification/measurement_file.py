@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import os
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -19,8 +18,7 @@ from robostiff.identification.measurement_kinds import (
     act_at_hooks,
     coordinates_of,
 )
-from robostiff.io.bounded_file import bounded_bytes
-from robostiff.io.csv_table import OtherColumns, posture_columns, postures_of, table_of
+from robostiff.io.csv_table import OtherColumns, lines_of, posture_columns, postures_of, table_of
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.model.mass import gravity_vector
@@ -382,19 +380,7 @@ class _Table:
         return known[word]
 
 
-_MOST_BYTES = 200_000_000
 _TAG = ("x [mm]", "y [mm]", "z [mm]", "rx [rad]", "ry [rad]", "rz [rad]")
-
-
-def lines_of(path: str | os.PathLike[str]) -> tuple[str, ...]:
-    """Lines of a text file in Unicode or Latin-1; the sign of micro, in any encoding, is u."""
-    content = bounded_bytes(path, _MOST_BYTES, "a CSV file")
-    try:
-        marked = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-        text = content.decode("utf-16" if marked else "utf-8-sig")
-    except UnicodeDecodeError:
-        text = content.decode("latin-1")
-    return tuple(re.sub("\u00c2?\u00b5|\u03bc", "u", text).splitlines())
 
 
 def tracker_points(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import difflib
 import math
 import os
@@ -76,15 +77,18 @@ def read_table(
     what: str,
     others: OtherColumns = OtherColumns.REFUSED,
 ) -> CsvTable:
-    """`table_of` a file in UTF-8."""
+    """`table_of` a file."""
+    return table_of(str(path), lines_of(path), units, what, others=others)
+
+
+def lines_of(path: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Lines of a text file in UTF-8, in Latin-1, or in UTF-16 as Excel writes it."""
     content = bounded_bytes(path, _MOST_BYTES, "a CSV file")
+    marked = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
-        lines = tuple(content.decode("utf-8-sig").splitlines())
+        return tuple(content.decode("utf-16" if marked else "utf-8-sig").splitlines())
     except UnicodeDecodeError:
-        got, hint = Words("other bytes"), "save the file as UTF-8"
-        place = Location(str(path))
-        raise FileError(place, "text", got=got, expected="UTF-8", hint=hint) from None
-    return table_of(str(path), lines, units, what, others=others)
+        return tuple(content.decode("latin-1").splitlines())
 
 
 def table_of(
@@ -211,7 +215,7 @@ def _columns_of(
         if name in words:
             places[name] = place
             continue
-        unit = (match["unit"] or "").strip()
+        unit = (match["unit"] or "").replace("\u00c2\u00b5", "u").strip()  # micro, decoded twice
         if others is not OtherColumns.REFUSED and not unit and units[name]:
             example = f"one in brackets, as {name} [{units[name]}]"
             raise FileError(at, f"unit of {name}", got=Words("none"), expected=example)
