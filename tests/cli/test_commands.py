@@ -19,14 +19,6 @@ run = Running()
 answer = run.answer
 
 
-def test_json_of_stiffness_has_an_inverse_and_its_order():
-    found = answer("stiffness", "gough-stewart-b")
-    assert (found["status"], found["method"]) == ("ok", "wrench-basis")
-    assert found["order"]["twist"] == ["dx", "dy", "dz", "rx", "ry", "rz"]
-    inverse = np.array(found["stiffness"]) @ np.array(found["compliance"])
-    np.testing.assert_allclose(inverse, np.eye(6), atol=1e-9)
-
-
 @pytest.mark.parametrize("name", shipped_robots())
 def test_every_shipped_robot_can_be_checked_and_asked(name):
     assert answer("check", name)["name"] == name

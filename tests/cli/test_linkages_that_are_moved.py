@@ -10,7 +10,6 @@ from robostiff.io.map_files import read_map
 from robostiff.model import PlacedFreedom
 from robostiff.plot.picture import Path, Scene
 from robostiff.report import report_contents
-from robostiff_view import machine_of
 from tests.cli.running import Running
 from tests.project.shown_output import ROOT
 
@@ -47,12 +46,6 @@ def test_a_report_has_the_coordinates_of_all_joints(tmp_path, low):
     assert "Under finite load" in html
     contents = report_contents(rs.load_linkage(PANTOGRAPH), {"screw": -0.05})
     np.testing.assert_allclose(contents.stiffness.K, rs.stiffness(low).K)
-
-
-def test_the_sliders_of_a_view_begin_there():
-    machine = machine_of(rs.load_linkage(PANTOGRAPH), {"screw": -0.05})
-    (screw,) = machine.sliders
-    assert (screw.name, screw.unit, screw.start) == ("screw", "mm", -50.0)
 
 
 def test_out_of_reach_is_no_answer(tmp_path):
@@ -109,20 +102,6 @@ def test_near_of_a_map(tmp_path):
 
 
 FOUR_BAR = str(ROOT / "examples/four-bar.xml")
-
-
-@pytest.mark.parametrize("joints", ["screw=-50 mm", "-50 mm"])
-def test_stiffness_and_deflection_at_values_of_joints(joints):
-    linkage = rs.load_linkage(PANTOGRAPH, {"k": 1e5})
-    network = rs.network_at(linkage, {"screw": -0.05})
-    K = rs.stiffness(network).K
-    options = (PANTOGRAPH, "--set", "k=1e5", "--joints", joints)
-    found = run.answer("stiffness", *options)
-    np.testing.assert_allclose(found["stiffness"], K, rtol=1e-9, atol=1e-9 * K.max())
-    assert found["joint_coordinates"]["screw"] == [-0.05]
-    found = run.answer("deflection", *options, "--wrench", "0 0 -100 0 0 0")
-    bent = rs.deflection(network, None, [0, 0, -100, 0, 0, 0])
-    np.testing.assert_allclose(found["deflection"], bent.twist, rtol=1e-9, atol=1e-15)
 
 
 def test_a_map_over_a_joint_also_of_legs(tmp_path):
