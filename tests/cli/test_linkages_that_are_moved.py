@@ -29,8 +29,7 @@ def low():
 def test_a_picture_is_of_the_given_coordinates(tmp_path, options):
     here, there = tmp_path / "home.svg", tmp_path / "low.svg"
     for path, joints in ((here, ()), (there, LOW)):
-        outcome = run("plot", PANTOGRAPH, *joints, *options, "-o", str(path))
-        assert outcome.exit_code == 0, outcome.stderr
+        run.done("plot", PANTOGRAPH, *joints, *options, "-o", str(path))
     assert here.read_text() != there.read_text()
     if not options or options == LOAD:
         assert "screw −50 mm" in there.read_text(encoding="utf-8")
@@ -38,8 +37,7 @@ def test_a_picture_is_of_the_given_coordinates(tmp_path, options):
 
 def test_a_report_has_the_coordinates_of_all_joints(tmp_path, low):
     path = tmp_path / "low.html"
-    outcome = run("report", PANTOGRAPH, *LOW, *LOAD, "--finite-load", "-o", str(path))
-    assert outcome.exit_code == 0, outcome.stderr
+    run.done("report", PANTOGRAPH, *LOW, *LOAD, "--finite-load", "-o", str(path))
     html = path.read_text(encoding="utf-8")
     assert "At screw −50 mm: status" in html
     assert 'value="-0.05"' in html
@@ -51,8 +49,7 @@ def test_a_report_has_the_coordinates_of_all_joints(tmp_path, low):
 def test_out_of_reach_is_no_answer(tmp_path):
     with pytest.raises(NoAnswerError, match="do not close"):
         report_contents(rs.load_linkage(PANTOGRAPH), {"screw": -5.0})
-    outcome = run("equilibrium", PANTOGRAPH, "--joints", "screw=-5", *LOAD)
-    assert outcome.exit_code == 1
+    outcome = run.done("equilibrium", PANTOGRAPH, "--joints", "screw=-5", *LOAD, status=1)
     assert "do not close" in outcome.stderr
 
 
@@ -92,8 +89,7 @@ def test_near_of_a_map(tmp_path):
     command = ["map", "3-rrr", "--x", "-0.02 0.02 2", "--rz", "0.05 0.1 2", "--near"]
     ending = ["--quantity", "stiffness", "-o"]
     found = tmp_path / "near.zarr"
-    result = run(*command, words, *ending, str(found))
-    assert result.exit_code == 0, result.output
+    run.done(*command, words, *ending, str(found))
     expected = rs.stiffness_map(robot, grid, [rs.Quantity.STIFFNESS], near=other)
     with read_map(found) as stored:
         assert np.allclose(stored.K, expected.K, rtol=1e-9)
@@ -106,8 +102,7 @@ FOUR_BAR = str(ROOT / "examples/four-bar.xml")
 
 def test_a_map_over_a_joint_also_of_legs(tmp_path):
     path = tmp_path / "map.nc"
-    outcome = run("map", FOUR_BAR, "--joint", "crank -10 deg 10 deg 3", "-o", str(path))
-    assert outcome.exit_code == 0, outcome.stderr
+    run.done("map", FOUR_BAR, "--joint", "crank -10 deg 10 deg 3", "-o", str(path))
     with read_map(path) as stored:
         assert stored.crank.attrs["units"] == "rad"
         assert stored.translational_stiffness.attrs["units"] == "N/m"
