@@ -44,6 +44,13 @@ def test_a_page_and_a_pdf_or_a_pdf_alone(tmp_path):
     assert len(list(tmp_path.iterdir())) == 3
 
 
+def test_couplings_are_listed_with_their_sums_at_home():
+    html = report_html(report_contents(rs.load(ROOT / "tests/files/geared-wrist.yaml")))
+    cells = re.sub(r"(<[^>]*>)+", "|", html)
+    assert "|arm/belt|b + 1.5 a|0.17453| rad|locked|50000| N m/rad|" in cells
+    assert "|arm/coupling of s and a|s + 0.005 a|0.02| m|locked|rigid|" in cells
+
+
 def test_a_report_with_every_section_has_few_pages_and_says_the_formula_once():
     typst = pytest.importorskip("typst")
     robot = rs.load("hexapod")
