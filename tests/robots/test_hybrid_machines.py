@@ -162,3 +162,15 @@ def test_legs_in_place(tmp_path: Path):
     )
     (tmp_path / "m.yaml").write_text(text)
     assert rs.stiffness(rs.load(str(tmp_path / "m.yaml"))).K[2, 2] == pytest.approx(1e6)
+
+
+@pytest.mark.parametrize("first", ["capaman", "3-rpr"])
+def test_a_kernel_knows_internal_stress_from_a_wrench_that_nothing_yields_to(first: str):
+    second = rs.Module("second", rs.load("capaman"))
+    machine = rs.hybrid_machine([rs.Module("first", rs.load(first)), second])
+    home = rs.stiffness(machine)
+    free = [[*"xyz", "rx", "ry", "rz"].index(one.value) for one in machine.coordinates]
+    kernel = rs.compile(machine, backend=rs.Backend.ARRAYS)
+    answer = kernel.evaluate(np.asarray(home.pose)[None, free])
+    assert not answer.guarded.any()
+    assert apart(answer.values["K"][0], home.K) < 1e-12
