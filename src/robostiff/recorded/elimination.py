@@ -315,6 +315,10 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
     n = len(columns)
     M = [list(row) for row in energy]
     first = [least_size(M[i][i]) for i in range(n)]
+    little = _RIGID * max(first, default=0.0)
+    for i, held in enumerate(columns):
+        if first[i] <= little and all(map(is_zero, held)):
+            first[i] = 0.0  # stress within rigid parts, but for rounding
     done: list[Column] = []
     mu: list[Any] = []
     losses: list[Any] = []
@@ -326,7 +330,8 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
         # Pivots that keep their digits and internal stress come first, then what is alone.
         holds = {i: not all(map(is_zero, columns[i])) for i in open_}
         coupled = {i: sum(not is_zero(M[i][j]) for j in range(n) if j != i) for i in open_}
-        pivot = min(open_, key=lambda i: (part[i] < _LITTLE, holds[i], coupled[i], -part[i]))
+        lost = {i: (part[i] < _LITTLE) + (part[i] <= _RIGID) for i in open_}
+        pivot = min(open_, key=lambda i: (lost[i], holds[i], coupled[i], -part[i]))
         if part[pivot] <= _RIGID:
             largest = max(most_size(x) for w in wrenches for x in w)
             if all(most_size(x) <= _LOST * largest for i in open_ for x in columns[i]):
