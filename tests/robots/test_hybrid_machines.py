@@ -162,3 +162,19 @@ def test_legs_in_place(tmp_path: Path):
     )
     (tmp_path / "m.yaml").write_text(text)
     assert rs.stiffness(rs.load(str(tmp_path / "m.yaml"))).K[2, 2] == pytest.approx(1e6)
+
+
+@pytest.mark.parametrize(
+    "names", ["capaman capaman", "3-rpr capaman", "six-joint-arm gough-stewart-a 3-rpr"]
+)
+def test_a_kernel_knows_internal_stress_from_a_wrench_that_nothing_yields_to(names: str):
+    modules = [rs.Module(f"m{i}", rs.load(name)) for i, name in enumerate(names.split())]
+    machine = rs.hybrid_machine(modules)
+    home = rs.stiffness(machine)
+    free = [[*"xyz", "rx", "ry", "rz"].index(one.value) for one in machine.coordinates]
+    kernel = rs.compile(machine, backend=rs.Backend.ARRAYS)
+    pose = np.asarray(home.pose)[free] + np.linspace(-0.01, 0.01, len(free))
+    answer, direct = kernel.evaluate(pose[None]), rs.stiffness(machine, pose)
+    assert answer.guarded[0] == (direct.rank < 6)
+    assert answer.rank[0] == direct.rank
+    assert apart(answer.values["K"][0], direct.K) < 1e-11

@@ -270,10 +270,11 @@ class TotalMass(_OfTwists):
         Raises
         ------
         NoAnswerError
-            Of a linkage, whose record has no masses.
+            Of a robot whose parts have no mass, and of a linkage, whose record has no masses.
         """
-        if robot.mass is None:
-            raise NoAnswerError(f"no mass of {robot.name!r}: the record of a linkage has none")
+        if robot.mass is None or is_zero(robot.mass):
+            of = "the record of a linkage has" if robot.mass is None else "its parts have"
+            raise NoAnswerError(f"no mass of {robot.name!r}: {of} none")
         return [robot.mass]
 
 
