@@ -36,6 +36,7 @@ from robostiff.compiled import (
     Kernel,
     PrincipalStiffness,
     StiffnessMatrix,
+    TensionsOf,
     TotalMass,
     WorstDeflection,
 )
@@ -150,7 +151,7 @@ _KINDS: dict[str, Any] = {
     for kind in (
         *(Program, Kernel, ArrayCode, ClosedCode, StepCodes, AtGeneralPoses, RecordedRanks),
         *(StiffnessMatrix, ComplianceMatrix, DeflectionUnder, PrincipalStiffness, WorstDeflection),
-        *(DisplacementUnder, EntryOf, TotalMass, Derivative, Gradient, Space, Status),
+        *(DisplacementUnder, EntryOf, TensionsOf, TotalMass, Derivative, Gradient, Space, Status),
     )
 }
 
