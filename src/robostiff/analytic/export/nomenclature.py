@@ -204,9 +204,10 @@ def nomenclature_of(
     found = sorted({*names.given, *(names_in(list(blocks)) & formula.meanings.keys())})
     given = dict.fromkeys((*(name for name in first if name in found), *found))
     words: dict[Any, dict[str, None]] = {}
-    for of, meaning in (result, *rows, *meanings_of_given(given, formula.meanings)):
-        words.setdefault(of, {})[meaning] = None  # that of a module and of a machine may differ
-    return Nomenclature(tuple((of, "; ".join(each)) for of, each in words.items()))
+    for of, meaning in rows:  # that of a module and of a machine may differ
+        words.setdefault(of, {})[meaning] = None
+    joined = ((of, "; ".join(each)) for of, each in words.items())
+    return Nomenclature((result, *joined, *meanings_of_given(given, formula.meanings)))
 
 
 def meanings_of_legs(
