@@ -196,7 +196,7 @@ class Symbolic:
     @cached_property
     def symbols(self) -> tuple[Any, ...]:
         """The SymPy symbols that its formulas depend on, sorted by name."""
-        return free_symbols(self)
+        return free_symbols(self) if self.has_formulas else ()
 
     @cached_property
     def has_formulas(self) -> bool:
