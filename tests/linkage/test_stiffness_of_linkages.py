@@ -14,8 +14,7 @@ from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
 from robostiff.kinematics import ActuatorCoordinates
 from robostiff.linkage import Connection, Linkage, close, essential, robot_of
-from robostiff.linkage.essential import network_of
-from robostiff.linkage.linkage import turned_round
+from robostiff.linkage.essential import network_of, turned_round
 from robostiff.model import (
     Actuated,
     Link,

@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from base64 import b64encode
 from dataclasses import replace
 from pkgutil import resolve_name
 
@@ -14,7 +15,6 @@ import pytest
 import robostiff as rs
 from robostiff.analysis import compiled_stiffness
 from robostiff.record import Program, Record, least, sine
-from robostiff.record.program import packed
 from tests.analysis.kernels.cases import around_home, model
 from tests.linkage.test_compiled_linkages import FOUR_BAR
 
@@ -199,7 +199,8 @@ def test_a_step_works_only_on_steps_before_it(name, place, value):
     program = _program()
     data, steps = program.as_data(), program.steps
     places = {"a": steps.a, "b": steps.b, "outputs": program.outputs}[name]
-    data[name] = packed([value if k == place else own for k, own in enumerate(places)])
+    changed = np.array([value if k == place else own for k, own in enumerate(places)], "<i4")
+    data[name] = b64encode(changed.tobytes()).decode()
     with pytest.raises(ValueError, match="a program whose steps work on others"):
         Program.from_data(data)
 
