@@ -67,7 +67,7 @@ class WrittenLinkBeam(WrittenMapping):
     y_axis: Direction | None = None
     material: MaterialChoice = Field(description="a name, such as steel, or {E: 70 GPa, ...}")
     section: SectionChoice | None = None
-    theory: Theory = "euler-bernoulli"
+    theory: Theory | None = None
     taper: Annotated[list[WrittenSegment], MinLen(1)] | None = None
 
 
