@@ -214,6 +214,10 @@ def test_fields_may_stand_in_quotes(hexapod, tmp_path):
     np.testing.assert_array_equal(rs.read_program(hexapod, quoted).poses, wanted.poses)
     quoted.write_text('a note,x [mm],z [mm],Fz [N]\n5" side,-20,900,-800\n')
     np.testing.assert_array_equal(rs.read_program(hexapod, quoted).poses, wanted.poses)
+    quoted.write_bytes(f"# Fräsen\n{text}".encode("latin-1"))
+    np.testing.assert_array_equal(rs.read_program(hexapod, quoted).poses, wanted.poses)
+    quoted.write_text(text, encoding="utf-16")
+    np.testing.assert_array_equal(rs.read_program(hexapod, quoted).poses, wanted.poses)
     plain.write_text(text.replace("900", "9_00"))
     with pytest.raises(rs.FileError, match="2:5: z: value: got '9_00', expected a finite number"):
         rs.read_program(hexapod, plain)
