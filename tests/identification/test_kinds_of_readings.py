@@ -16,7 +16,7 @@ import robostiff as rs
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.markup import page_text
 from robostiff.model import Joint
-from robostiff.page.calibration_and_design import identification_page
+from robostiff.page import page_of
 from robostiff.spatial.rotation import vector_of_rotation
 from tests.identification.campaigns import arm_campaign, arm_frames, column, machine
 
@@ -152,7 +152,7 @@ def test_a_page_has_torques_in_their_own_unit(nominal, truth, beside):
         sigma=sigma, directions=[1] * count + [-1] * count + [1, -1] * beside,
     )  # fmt: skip
     found = rs.identify(nominal, measured, ASKED[:1], frames=rs.KnownFrames({"marker": [0, 0, 0]}))
-    lines = page_text(identification_page(found)).splitlines()
+    lines = page_text(page_of(found)).splitlines()
     told = {" ".join(words): number for *words, number in (s.split() for s in lines if s)}
     floor = "loading less unloading, root mean square"
     assert float(told[f"{floor} [SI]"]) == pytest.approx(0.5, rel=1e-4)
