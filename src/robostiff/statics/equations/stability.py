@@ -36,6 +36,8 @@ _ROUNDING = 1e-8
 _CLEARLY = 1e5
 # Diagonal entry of a triangular factor, of the largest, above which closures are independent.
 _INDEPENDENT = 1e-6
+# Of the largest stiffness of a part: what rounding leaves of that of a body that hangs unloaded.
+_LEFT = 1e-25
 # Of the largest singular value of a closure: a direction that is missing all along.
 _LOST = 1e-9
 # Of load times mode: below this the load does no work on the mode, and equilibria branch.
@@ -133,7 +135,8 @@ def _semidefinite(Q: np.ndarray, T: np.ndarray, signs: np.ndarray) -> Margin:
 def meets_stiffness(known: Linearised) -> bool:
     """Whether every motion of the platform does."""
     values = np.abs(np.linalg.eigvalsh(_curvature(known, _platform_motions(known))))
-    return bool(values.min(initial=np.inf) > _FREE * values.max(initial=0.0))
+    rounding = _LEFT * np.max(known.problem.legs.stiffness, initial=0.0)
+    return bool(values.min(initial=np.inf) > max(_FREE * values.max(initial=0.0), rounding))
 
 
 def end_of_path(problem: EquilibriumProblem, last: FoundEquilibrium | None) -> Status:
@@ -219,7 +222,7 @@ def margins_of(problem: EquilibriumProblem, eq: LegEquations, g: int) -> list[Ma
     Q0 = np.tile(np.eye(Q.shape[1]), (len(Q), 1, 1))
     Q0[:, :m, :m] = unloaded_curvature(legs, g)
     found: list[Margin | None] = [None] * len(Q)
-    inner = Q.shape[1] - m
+    inner, rounding = Q.shape[1] - m, _LEFT * np.max(legs.stiffness, initial=0.0)
     for alike, motions in held_motions(problem, eq, g):
         k = motions.shape[-1]
         if not k + inner:
@@ -227,7 +230,9 @@ def margins_of(problem: EquilibriumProblem, eq: LegEquations, g: int) -> list[Ma
         N = np.zeros((len(alike), m + inner, k + inner))
         N[:, :m, :k], N[:, m:, k:] = motions, np.eye(inner)
         across = np.swapaxes(N, -1, -2)
-        pairs = across @ Q[alike] @ N, across @ Q0[alike] @ N
+        curvature = across @ Q[alike] @ N
+        curvature[np.abs(curvature) <= rounding] = 0.0
+        pairs = curvature, across @ Q0[alike] @ N
         for leg, basis, least in zip(alike, N, margins(*pairs), strict=True):
             found[leg] = least.among(basis)
     return found
