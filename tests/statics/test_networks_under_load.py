@@ -305,3 +305,21 @@ def test_a_coupled_joint_between_fixed_bodies_stays_where_it_is():
     pulled = rs.equilibrium(network, wrench=[3.0, 0, 0, 0, 0, 0])
     assert pulled.displacement[0] == pytest.approx(3.0 / (2.0**2 * 1e4), rel=1e-12)
     assert rs.compliance(network)[0, 0] == pytest.approx(1 / (2.0**2 * 1e4), rel=1e-12)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-6])
+def test_a_spring_yields_along_its_freedoms_whatever_its_compliance_there(size: float):
+    A = np.random.default_rng(3).normal(size=(6, 6))
+    C = A @ A.T * 1e-6 / np.outer([1, 1, 1, *[size] * 3], [1, 1, 1, *[size] * 3])
+    turns = np.eye(6)[:, 3:5] + np.eye(6)[:, :2] * 0.3 * size
+    wall, tip = Node("a", np.zeros(3)), Node("b", np.array([size, 0, 0]))
+    springs = tuple(
+        SpringElement(f"s{i}", "a", "b", tip.point * at, np.eye(3), Elasticity(C, free))
+        for i, (at, free) in enumerate([(0.2, turns), (0.9, turns[:, :1]), (0.5, np.zeros((6, 0)))])
+    )
+    network = Network("springs", (wall, tip), ("a",), "b", tip.point, springs=springs)
+    K = rs.stiffness(network).K
+    assert np.allclose(rs.equilibrium(network).K, K, rtol=1e-9, atol=1e-12 * np.abs(K).max())
+    wrench = 1e-3 * size * np.array([1, 2, 3, *[size] * 3])
+    bent, found = (verb(network, wrench=wrench) for verb in (rs.deflection, rs.equilibrium))
+    assert np.allclose(found.displacement, bent.twist, rtol=1e-5, atol=0)

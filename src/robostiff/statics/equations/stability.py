@@ -135,8 +135,7 @@ def _semidefinite(Q: np.ndarray, T: np.ndarray, signs: np.ndarray) -> Margin:
 def meets_stiffness(known: Linearised) -> bool:
     """Whether every motion of the platform does."""
     values = np.abs(np.linalg.eigvalsh(_curvature(known, _platform_motions(known))))
-    rounding = _LEFT * np.max(known.problem.legs.stiffness, initial=0.0)
-    return bool(values.min(initial=np.inf) > max(_FREE * values.max(initial=0.0), rounding))
+    return bool(values.min(initial=np.inf) > _FREE * values.max(initial=0.0))
 
 
 def end_of_path(problem: EquilibriumProblem, last: FoundEquilibrium | None) -> Status:
@@ -185,7 +184,12 @@ def _curvature(known: Linearised, motions: np.ndarray) -> np.ndarray:
     for block, A in zip(known.problem.blocks, known.equations.A, strict=True):
         x = followed[block.coordinates]
         found += np.sum(np.swapaxes(x, 1, 2) @ A[:, : block.free, : block.free] @ x, axis=0)
-    return 0.5 * (found + found.T)
+    return _without_rounding(0.5 * (found + found.T), known.problem.legs)
+
+
+def _without_rounding(Q: np.ndarray, legs: Legs) -> np.ndarray:
+    """Curvatures, 0 where rounding is all that is left."""
+    return np.where(np.abs(Q) <= _LEFT * np.max(legs.stiffness, initial=0.0), 0.0, Q)
 
 
 def leg_margins(known: Linearised) -> dict[int, Margin]:
@@ -222,7 +226,7 @@ def margins_of(problem: EquilibriumProblem, eq: LegEquations, g: int) -> list[Ma
     Q0 = np.tile(np.eye(Q.shape[1]), (len(Q), 1, 1))
     Q0[:, :m, :m] = unloaded_curvature(legs, g)
     found: list[Margin | None] = [None] * len(Q)
-    inner, rounding = Q.shape[1] - m, _LEFT * np.max(legs.stiffness, initial=0.0)
+    inner = Q.shape[1] - m
     for alike, motions in held_motions(problem, eq, g):
         k = motions.shape[-1]
         if not k + inner:
@@ -230,9 +234,7 @@ def margins_of(problem: EquilibriumProblem, eq: LegEquations, g: int) -> list[Ma
         N = np.zeros((len(alike), m + inner, k + inner))
         N[:, :m, :k], N[:, m:, k:] = motions, np.eye(inner)
         across = np.swapaxes(N, -1, -2)
-        curvature = across @ Q[alike] @ N
-        curvature[np.abs(curvature) <= rounding] = 0.0
-        pairs = curvature, across @ Q0[alike] @ N
+        pairs = _without_rounding(across @ Q[alike] @ N, legs), across @ Q0[alike] @ N
         for leg, basis, least in zip(alike, N, margins(*pairs), strict=True):
             found[leg] = least.among(basis)
     return found
