@@ -92,7 +92,7 @@ def test_mass_of_a_flexible_platform_and_of_a_linkage():
     fast = rs.compile(robot, [rs.TotalMass()], backend=rs.Backend.ARRAYS)
     home = rs.find_posture(robot).pose[:, robot.coordinate_places]
     assert fast.evaluate(home).values["mass"][0] == pytest.approx(total, rel=1e-12)
-    with pytest.raises(rs.NoAnswerError, match="the record of a linkage has none"):
+    with pytest.raises(rs.NoAnswerError, match="its record has none"):
         rs.compile(rs.load_linkage("double-pantograph"), [rs.TotalMass()])
     with pytest.raises(rs.NoAnswerError, match="no mass of 'gough-stewart-b': its parts have none"):
         rs.compile(rs.load("gough-stewart-b"), [rs.TotalMass()])
@@ -385,25 +385,6 @@ def test_a_limit_of_zero_is_beside_the_numbers(platform):
     )
     assert found.ending is rs.Ending.INFEASIBLE
     assert not any("compliance" in words for words in found.at_limits)
-
-
-@pytest.mark.parametrize("function", [
-    lambda robot, poses: rs.optimise(robot, rs.WorstDeflection(), RANGES, poses=poses),
-    lambda robot, poses: rs.tolerances(robot, {"R": rs.Uniform(0.1)}, poses=poses),
-    lambda robot, poses: rs.value_and_gradient(robot, rs.WorstDeflection(), ["R"], poses),
-])  # fmt: skip
-def test_no_poses_are_refused(platform, function):
-    with pytest.raises(rs.InputError, match="poses: got none"):
-        function(platform, np.zeros((0, 6)))
-
-
-def test_a_robot_without_an_answer_has_no_tolerances():
-    robot = rs.load("examples/exechon.yaml", symbols=("a", "k"))
-    spreads = {"a": rs.Uniform(0.1), "k": rs.Uniform(0.1)}
-    with pytest.raises(rs.NoAnswerError, match="pose 2 has no answer at nominal values"):
-        rs.tolerances(robot, spreads, poses=[[-1.2, 0.0, 0.0], [-1.2, 2.5, 0.8]])
-    with pytest.raises(rs.NoAnswerError, match="pose 1 has no answer at nominal values"):
-        rs.sobol_indices(robot, spreads, pose=[-1.2, 2.5, 0.8])
 
 
 def test_what_no_parameter_changes_has_no_shares():

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from robostiff.frozen import field, frozen
 from robostiff.kept import kept
 from robostiff.model import PlacedMass, PlacedSpring
+from robostiff.one_thread import in_one_thread
 from robostiff.spatial import cross, twist_transport
 from robostiff.statics.chains.elements import Spot
 from robostiff.statics.chains.legs import Legs, State
@@ -336,6 +337,7 @@ def _motions_of_platform(known: Linearised) -> np.ndarray:
     return free @ np.swapaxes(Vt, -1, -2) / np.where(sizes > _RIGID * most, sizes, most)[:, None]
 
 
+@in_one_thread
 def _shapes(
     assembled: Callable[[], tuple[np.ndarray, np.ndarray]], count: int, r: int
 ) -> np.ndarray:
