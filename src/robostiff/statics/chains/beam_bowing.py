@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
+from scipy.linalg import null_space
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
@@ -262,6 +263,14 @@ def _modes(
 ) -> tuple[np.ndarray, np.ndarray]:
     # those of a part that is alike at all poses are kept with it
     modes = elasticity.modes if C is elasticity.compliance else compliance_modes(C)
+    if free.size and np.linalg.matrix_rank(free) + modes.any(axis=-2).sum(axis=-1).max() > len(
+        free
+    ):
+        # its compliance along its freedoms is of no account
+        size = np.sqrt(np.diagonal(C, axis1=-2, axis2=-1).reshape(-1, len(free)).max(axis=0))
+        size = np.where(size > 0, size, 1.0)[:, None]
+        W = null_space((free / size).T)
+        modes = size * W @ compliance_modes(W.T @ (C / size / size.T) @ W)
     free = np.broadcast_to(free, (*modes.shape[:-1], free.shape[-1]))
     V, k = np.concatenate([modes, free], axis=-1), np.ones(modes.shape[-1] + free.shape[-1])
     k[modes.shape[-1] :], is_one = 0.0, V.any(axis=tuple(range(V.ndim - 1)))
