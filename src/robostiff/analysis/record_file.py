@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import marshal
 import os
 import stat
 import sys
@@ -208,7 +209,7 @@ class RecordFile:
         if folder is None or not all(map(_is_ours, given)):
             return None
         about = [plain(subject), plain(list(given)), _sources()]
-        name = hashlib.sha256(json.dumps(about).encode()).hexdigest()
+        name = hashlib.sha256(marshal.dumps(about, 0)).hexdigest()  # a third of the time of JSON
         return cls(folder / f"{name}.record")
 
     def read(self) -> tuple[Any, ...] | None:

@@ -270,10 +270,12 @@ class TotalMass(_OfTwists):
         Raises
         ------
         NoAnswerError
-            Of a linkage or cable robot, whose record has no masses.
+            Of a robot whose parts have no mass, and of a linkage or cable robot, whose record has
+            no masses.
         """
-        if robot.mass is None:
-            raise NoAnswerError(f"no mass of {robot.name!r}: its record has none")
+        if robot.mass is None or is_zero(robot.mass):
+            of = "its record has" if robot.mass is None else "its parts have"
+            raise NoAnswerError(f"no mass of {robot.name!r}: {of} none")
         return [robot.mass]
 
 
