@@ -251,6 +251,18 @@ def derive_cables(
         robot.space, tuple(equations), cable, columns, tuple(robot.cable_names), weight
     )
     K, definitions = vectors.written()
+    meanings: dict[str, str] = {}
+    for name, value in given.items():
+        words = "place of the platform's origin [m]"
+        if name not in "xyz":
+            words = f"rotation of the platform, {cast('Any', rotation).in_words(given)}"
+        if not value.is_Symbol:
+            words = f"coordinate of the pose, {name} = {value}"
+        meanings |= {symbol.name: words for symbol in value.free_symbols}
+    at_home = cable_stiffness(robot)
+    for symbol, name, tension in zip(tensions, robot.cable_names, at_home.tensions, strict=True):
+        words = f", {tension:.5g} N at home" if at_home.answered else ""
+        meanings[symbol.name] = f"tension of {name} [N]{words}"
     formula = CableFormula(
         K,
         vectors,
@@ -260,7 +272,7 @@ def derive_cables(
         if given
         else "at home",
         coordinates=names,
-        meanings=_meanings(robot, given, rotation),
+        meanings=meanings,
         steps_asked=isinstance(form, Steps),
     )
     _check(formula, robot, given, rotation)
@@ -297,25 +309,6 @@ def _axial(robot: CableRobot, t: Any, L: Any) -> tuple[Any, dict[str, tuple[Any,
     unstrained = L + g - c * t
     stretch = unstrained * e / (1 + e * t) if "e_i" in columns or e == 0 else unstrained / (EA + t)
     return 1 / (stretch + c), columns
-
-
-def _meanings(robot: CableRobot, given: dict[str, Any], rotation: Any) -> dict[str, str]:
-    """What coordinates and tensions are."""
-    found: dict[str, str] = {}
-    for name, value in given.items():
-        words = "place of the platform's origin [m]"
-        if name not in "xyz":
-            words = f"rotation of the platform, {rotation.in_words(given)}"
-        if not value.is_Symbol:
-            words = f"coordinate of the pose, {name} = {value}"
-        found |= {symbol.name: words for symbol in value.free_symbols}
-    at_home = cable_stiffness(robot)
-    for n, name in enumerate(robot.cable_names):
-        words = f"tension of {name} [N]"
-        if at_home.answered:
-            words += f", {at_home.tensions[n]:.5g} N at home"
-        found[f"t_{n + 1}"] = words
-    return found
 
 
 def _check(formula: CableFormula, robot: CableRobot, given: dict[str, Any], rotation: Any) -> None:

@@ -349,15 +349,15 @@ def _formula_of(
     whole = model.load(symbols=shorter or choices.get(command.symbols.strip(), tuple(names)))
     robot: Any = robot_of_formula(whole, model.source)
     pose = pose_from(command.pose, robot, command.angles)
-    if command.asks and not isinstance(robot, Robot):
-        expected = "a robot of legs: the rank of cables depends on which are taut"
+    found = derive(robot, pose=pose, form=form, budget=command.budget, leg=command.leg)
+    if command.asks and isinstance(found, CableFormula):
         raise InputError(
             "questions about a formula",
-            got=robot,
-            expected=expected,
+            got=Words("a cable robot"),
+            expected="a robot of legs: the rank of cables depends on which are taut",
             hint="robostiff stiffness prints rank and free motions at a pose",
         )
-    return derive(robot, pose=pose, form=form, budget=command.budget, leg=command.leg)
+    return found
 
 
 def _language(command: Any) -> tuple[str, Path | None]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, cast, overload
 
 from robostiff.analytic import (
     CableFormula,
@@ -146,11 +146,12 @@ def derive(
             expected="a robot that was loaded with its symbols",
             hint='write derive(load("NAME", symbols=(...))), or derive("NAME", symbols=(...))',
         )
-    if isinstance(robot, CableRobot):
+    if hasattr(robot, "cables"):
         if leg is not None:
             subject = f"leg of the cable robot {robot.name!r}"
             raise InputError(subject, got=leg, expected="none: its formula has one generic cable")
-        return derive_cables(robot, pose, form)
+        return derive_cables(cast("CableRobot", robot), pose, form)
+    of_legs = cast("Robot", robot)
     if leg is None:
-        return derive_robot(robot, pose, form, budget)
-    return derive_leg(robot, leg, pose, form, budget)
+        return derive_robot(of_legs, pose, form, budget)
+    return derive_leg(of_legs, leg, pose, form, budget)
