@@ -8,6 +8,8 @@ and go out.
 from functools import partialmethod
 
 from robostiff.analytic.budget import FormulaTooLargeError as FormulaTooLargeError
+from robostiff.analytic.cable_formula import CableFormula as CableFormula
+from robostiff.analytic.cable_formula import derive_cables as derive_cables
 from robostiff.analytic.calculus import ComplianceSteps as ComplianceSteps
 from robostiff.analytic.calculus import FormulaDerivative as FormulaDerivative
 from robostiff.analytic.calculus import compliance_formula as compliance_formula

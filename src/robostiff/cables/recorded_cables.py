@@ -183,23 +183,8 @@ class _Nearest:
             for j in range(i, m):
                 entry = int(i == j) - _dot(self._scaled[i], z[j])
                 self._projector[i, j] = self._projector[j, i] = entry
-        self._search([t + x for t, x in zip(aim, self._change(aim), strict=True)], m - n)
-
-    def _eliminated(self, column: Any) -> list[Any]:
-        """L^-1 of a column, A^T A = L D L^T, in the order of the pivots."""
-        rest, found = list(column), []
-        for lower, pivot in zip(self._gram.columns, self._gram.pivots, strict=True):
-            found.append(rest[pivot])
-            rest = [x - own * found[-1] for x, own in zip(rest, lower, strict=True)]
-        return found
-
-    def _change(self, t: Sequence[Any]) -> list[Any]:
-        """The smallest change of tensions that makes them balance the load."""
-        missing = self._eliminated(self._load + self._W @ np.array(t, dtype=object))
-        return [-_dot(own, missing) for own in self._scaled]
-
-    def _search(self, start: list[Any], spare: int) -> None:
         low, high, size = self._low, self._high, self._size
+        start, spare = [t + x for t, x in zip(aim, self._change(aim), strict=True)], m - n
         rounds = max(1, min(spare, _ROUNDS))
         raw, right, proven, first = list(start), 0, 0, None
         for _ in range(rounds):
@@ -224,6 +209,19 @@ class _Nearest:
             proven = proven * greater(_SAFE, loss * loss)
         self.flags: dict[Flag, Any] = {Flag.UNTENSIONED: 1 - loose, Flag.INFEASIBLE: proven}
         self.tests = (right, *(greater(x * x, (_APART * size) ** 2) for x in may_vanish))
+
+    def _eliminated(self, column: Any) -> list[Any]:
+        """L^-1 of a column, A^T A = L D L^T, in the order of the pivots."""
+        rest, found = list(column), []
+        for lower, pivot in zip(self._gram.columns, self._gram.pivots, strict=True):
+            found.append(rest[pivot])
+            rest = [x - own * found[-1] for x, own in zip(rest, lower, strict=True)]
+        return found
+
+    def _change(self, t: Sequence[Any]) -> list[Any]:
+        """The smallest change of tensions that makes them balance the load."""
+        missing = self._eliminated(self._load + self._W @ np.array(t, dtype=object))
+        return [-_dot(own, missing) for own in self._scaled]
 
     def _round(
         self, start: list[Any], spare: int, first: Any

@@ -27,6 +27,7 @@ from robostiff.analytic import (
     AtHome,
     AtJoints,
     AtSymbols,
+    CableFormula,
     Closed,
     Derivation,
     FormulaDerivative,
@@ -35,8 +36,6 @@ from robostiff.analytic import (
     RobotDerivation,
     Steps,
     UnitQuaternion,
-    derive_leg,
-    derive_robot,
     differentiate,
     fixed_point_formula,
     free_motion_formulas,
@@ -71,7 +70,8 @@ from robostiff.io.suggest import did_you_mean
 from robostiff.io.units import Dimension, parse_quantities
 from robostiff.markup import Bullets, Page, page_text
 from robostiff.model import Robot
-from robostiff.robots import robot_of_legs
+from robostiff.robots import robot_of_formula
+from robostiff.robots.derivation import derive
 from robostiff.spatial import Space
 from robostiff.whole_file import whole_file
 
@@ -230,7 +230,7 @@ def _properties(command: Any, derivation: RobotDerivation) -> Page:
 
 
 _LONGEST_FACTOR = 1000  # letters
-_Formula = Derivation | FormulaDerivative
+_Formula = Derivation | CableFormula | FormulaDerivative
 _WRITERS: dict[str, Callable[[Any], str]] = {
     "text": derivation_text,
     "latex": derivation_latex,
@@ -335,7 +335,9 @@ def _form(command: Any, language: str) -> Closed | Steps | None:
     return Steps() if command.steps else Closed() if command.closed else None
 
 
-def _formula_of(command: Any, form: Closed | Steps | None) -> RobotDerivation | LegElimination:
+def _formula_of(
+    command: Any, form: Closed | Steps | None
+) -> RobotDerivation | LegElimination | CableFormula:
     """The formula of the robot, or of one of its legs."""
     names = [name.strip() for name in command.symbols.split(",") if name.strip()]
     shorter = dict(name.split("=", 1) for name in names if "=" in name)
@@ -345,12 +347,17 @@ def _formula_of(command: Any, form: Closed | Steps | None) -> RobotDerivation | 
     choices = {"all": ParameterChoice.ALL, "none": ParameterChoice.NONE}
     model = command.model
     whole = model.load(symbols=shorter or choices.get(command.symbols.strip(), tuple(names)))
-    robot = robot_of_legs(whole, model.source)
+    robot: Any = robot_of_formula(whole, model.source)
     pose = pose_from(command.pose, robot, command.angles)
-    options: dict[str, Any] = {"pose": pose, "form": form, "budget": command.budget}
-    if command.leg is not None:
-        return derive_leg(robot, command.leg, **options)
-    return derive_robot(robot, **options)
+    found = derive(robot, pose=pose, form=form, budget=command.budget, leg=command.leg)
+    if command.asks and isinstance(found, CableFormula):
+        raise InputError(
+            "questions about a formula",
+            got=Words("a cable robot"),
+            expected="a robot of legs: the rank of cables depends on which are taut",
+            hint="robostiff stiffness prints rank and free motions at a pose",
+        )
+    return found
 
 
 def _language(command: Any) -> tuple[str, Path | None]:

@@ -139,8 +139,9 @@ class CableRobot(Subject):
     """
 
     kind: ClassVar[str] = "cable robot"
-    #: It has numbers alone.
+    #: It has numbers alone, and is posed by its platform.
     symbols: ClassVar[tuple[()]] = ()
+    is_posed_by_joints: ClassVar[bool] = False
     name: str
     cables: tuple[Cable, ...]
     home: Frame

@@ -168,7 +168,7 @@ def load(
                 hint="or name it here: robot: arm.urdf",
             )
         if isinstance(document.data, dict) and "cables" in document.data:
-            numeric = "a cable robot is computed with numbers, not formulas"
+            numeric = "the dimensions of a cable robot are numbers"
             descriptions.refuse_symbols(name, symbols, numeric)
             symbols = ()
         return _of_model(document, parameters, symbols)
@@ -220,12 +220,13 @@ def _of_description(
     return robot_of_tree(*descriptions.description_of(value, side, **options), parameters)
 
 
-def robot_of_legs(loaded: Any, name: str) -> Robot:
+def robot_of_formula(loaded: Any, name: str) -> Robot | CableRobot:
     """What was loaded, where formulas can be derived of it; an InputError otherwise."""
     from robostiff import model
+    from robostiff.model.cable import CableRobot
 
-    if isinstance(loaded, model.Robot):
+    if isinstance(loaded, model.Robot | CableRobot):
         return loaded
-    expected = "a robot of legs: a model file, or the description of an arm"
-    hint = "snapshots, networks, linkages and cable robots have numbers alone"
+    expected = "a robot of legs or cables: a model file, or the description of an arm"
+    hint = "snapshots, networks and linkages have numbers alone"
     raise InputError("robot of a formula", got=name, expected=expected, hint=hint)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, cast, overload
 
 from robostiff.analytic import (
+    CableFormula,
     Closed,
     LegElimination,
     RobotDerivation,
     Steps,
+    derive_cables,
     derive_leg,
     derive_robot,
 )
@@ -18,11 +20,18 @@ from robostiff.analytic.budget import BUDGET
 from robostiff.errors import InputError, Words
 from robostiff.io.model_file import ParameterChoice
 from robostiff.model import Robot
-from robostiff.robots import load, robot_of_legs
+from robostiff.model.cable import CableRobot
+from robostiff.robots import load, robot_of_formula
 
 if TYPE_CHECKING:
     from robostiff.analytic.placement.robot_pose import PoseFormula
     from robostiff.io.model_file.symbols import Symbols
+
+
+@overload
+def derive(
+    robot: CableRobot, *, pose: PoseFormula | None = None, form: Closed | Steps | None = None
+) -> CableFormula: ...
 
 
 @overload
@@ -50,14 +59,14 @@ def derive(
 
 
 def derive(
-    robot: Robot | str | Path,
+    robot: Robot | CableRobot | str | Path,
     *,
     symbols: Symbols | None = None,
     pose: PoseFormula | None = None,
     form: Closed | Steps | None = None,
     budget: float | None = BUDGET,
     leg: str | None = None,
-) -> RobotDerivation | LegElimination:
+) -> RobotDerivation | LegElimination | CableFormula:
     """Stiffness matrix of a robot as a formula, eq. (12), about its reference point, world axes.
 
     The legs are closed in formulas, in the working modes of home, and each leg transmits wrenches
@@ -65,8 +74,9 @@ def derive(
 
     Parameters
     ----------
-    robot : Robot, str or Path
-        A robot, with or without symbols; or a name of `shipped_robots` or a model file.
+    robot : Robot, CableRobot, str or Path
+        A robot, with or without symbols; or the name of a shipped robot or a model file. A cable
+        robot has its tensions as symbols, t_1, t_2 and so on, and no symbols of parameters.
     symbols : iterable of str, or ALL_PARAMETERS
         Parameters of the model file that are symbols of the formula; all of them when left out. A
         mapping such as ``{"cylinder": "c"}`` gives some of all symbols another name.
@@ -86,7 +96,7 @@ def derive(
 
     Returns
     -------
-    RobotDerivation, or LegElimination of a leg
+    RobotDerivation, LegElimination of a leg, or CableFormula of a cable robot
         With K, the legs, and the definitions of named steps. `robostiff.analytic.export` writes it
         as text, LaTeX, Markdown, PDF, JSON, Python, C, Julia and MATLAB.
 
@@ -121,12 +131,12 @@ def derive(
             symbols = ParameterChoice.ALL
         elif isinstance(symbols, Iterable) and not isinstance(symbols, str | Mapping):
             symbols = tuple(symbols) or ParameterChoice.NONE
-        robot = robot_of_legs(load(robot, symbols=symbols), str(robot))
-    elif not isinstance(robot, Robot):
+        robot = robot_of_formula(load(robot, symbols=symbols), str(robot))
+    elif not isinstance(robot, Robot | CableRobot):
         raise InputError(
             "robot of a formula",
             got=type(robot).__name__,
-            expected="a Robot, the name of a shipped robot, or a model file",
+            expected="a Robot or CableRobot, the name of a shipped robot, or a model file",
             hint="a snapshot of formulas is derived by robostiff.analytic.snapshot_formula",
         )
     elif symbols is not None:
@@ -136,6 +146,12 @@ def derive(
             expected="a robot that was loaded with its symbols",
             hint='write derive(load("NAME", symbols=(...))), or derive("NAME", symbols=(...))',
         )
+    if hasattr(robot, "cables"):
+        if leg is not None:
+            subject = f"leg of the cable robot {robot.name!r}"
+            raise InputError(subject, got=leg, expected="none: its formula has one generic cable")
+        return derive_cables(cast("CableRobot", robot), pose, form)
+    of_legs = cast("Robot", robot)
     if leg is None:
-        return derive_robot(robot, pose, form, budget)
-    return derive_leg(robot, leg, pose, form, budget)
+        return derive_robot(of_legs, pose, form, budget)
+    return derive_leg(of_legs, leg, pose, form, budget)

@@ -135,8 +135,6 @@ class MapEvaluator:
 
         if Quantity.ACTUATOR_FORCES in self.quantities:
             raise refused("actuator forces", "other quantities")
-        if Quantity.DEFLECTION in self.quantities and isinstance(robot, CableRobot):
-            raise refused("deflections of a cable robot", "other quantities")
         free = tuple(coordinate.value for coordinate in getattr(robot, "coordinates", ()))
         joints = [name for name, _ in columns.drives] or None
         if not columns.of_joints and columns.names != free:

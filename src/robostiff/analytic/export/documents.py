@@ -332,7 +332,7 @@ def typst_pdf(source: str) -> bytes:
 
 
 _SCHEMA = "robostiff derive 2"
-_LEFT_OUT = {"at_vector_level", "general_rank", "steps_asked", "unit"}
+_LEFT_OUT = {"at_vector_level", "general_rank", "steps_asked", "unit", "vectors"}
 
 
 def derivation_data(derivation: Derivation) -> dict[str, Any]:

@@ -6,9 +6,11 @@ from typing import Any
 
 import sympy as sp
 
+from robostiff.analytic.cable_formula import CableFormula
 from robostiff.analytic.calculus import ComplianceSteps, FormulaDerivative, derivative_name
 from robostiff.analytic.derivation import Derivation, RobotDerivation
 from robostiff.analytic.exact.definition import used_definitions
+from robostiff.analytic.export.cable_outline import cable_outline
 from robostiff.analytic.export.entries import EntryNames, readable_matrix
 from robostiff.analytic.export.nomenclature import (
     OF_T,
@@ -64,6 +66,7 @@ def outline_of(derivation: Any) -> tuple[Block, ...]:
         (LegElimination, _leg),
         (ComplianceSteps, _compliance),
         (VectorForm, outline_in_vectors),
+        (CableFormula, cable_outline),
     ):
         outline = outline_of_kind if isinstance(derivation, kind) else outline
     return with_conditions(with_springs(outline(derivation)), derivation)
