@@ -81,7 +81,7 @@ MACHINES = {
     "in steps": (lambda at: [module("pus", "hexapod-pus", at), chain("tool", tool())], 270),
     "arm on a platform": (
         lambda at: [module("base", "gough-stewart-b", at), module("arm", "scara", at)],
-        450,
+        740,
     ),
     "planar": (lambda at: [module("base", "3-rrr", at), chain("arm", turn(), tool(0.0))], 60),
 }
