@@ -124,6 +124,7 @@ class Record:
         # By their leading digits, as far as they have been looked for.
         self._by_value: dict[int, list[int]] = {}
         self._ordered = 0
+        self._hidden: set[int] = set()
         for name, values in samples.items():
             self._append(Operation.INPUT, name, None, tuple(values.tolist()))
 
@@ -139,6 +140,10 @@ class Record:
     def input(self, name: str) -> Entry:
         """The input of a name."""
         return Entry(self, self._known[Operation.INPUT][name, None])
+
+    def hide(self, name: str) -> None:
+        """Take no input of this name for another entry that has its values."""
+        self._hidden.add(self.input(name).step)
 
     def add_input(self, name: str, sample: ArrayLike) -> Entry:
         """One more input, after those of before, with its values at the sample points.
@@ -222,6 +227,8 @@ class Record:
         for earlier in sorted([*near(digits - 1, ()), *near(digits, ()), *near(digits + 1, ())]):
             if earlier >= value.step:
                 break
+            if earlier in self._hidden:
+                continue
             other = self._samples[earlier]  # the same up to one sign
             sign = 1.0 if other[0] * samples[0] > 0 else -1.0
             both = zip(other, samples, strict=True)

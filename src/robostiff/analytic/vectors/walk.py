@@ -153,8 +153,7 @@ class Walk:
             if found is not None:
                 self._new_rotation(found)
         elif screw.turns:
-            angle = self.read(q) if isinstance(q, Entry) else exact_angle(q)
-            places = [i for i, x in enumerate(axis) if x != 0]
+            places, angle = [i for i, x in enumerate(axis) if x != 0], self.read(q)
             if len(places) == 1:
                 self.turn((("xyz"[places[0]], axis[places[0]] * angle),))
             else:  # there, about x, and back
