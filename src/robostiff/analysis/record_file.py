@@ -37,6 +37,7 @@ from robostiff.compiled import (
     Kernel,
     PrincipalStiffness,
     StiffnessMatrix,
+    TensionsOf,
     TotalMass,
     WorstDeflection,
 )
@@ -151,7 +152,7 @@ _KINDS: dict[str, Any] = {
     for kind in (
         *(Program, Kernel, ArrayCode, ClosedCode, StepCodes, AtGeneralPoses, RecordedRanks),
         *(StiffnessMatrix, ComplianceMatrix, DeflectionUnder, PrincipalStiffness, WorstDeflection),
-        *(DisplacementUnder, EntryOf, TotalMass, Derivative, Gradient, Space, Status),
+        *(DisplacementUnder, EntryOf, TensionsOf, TotalMass, Derivative, Gradient, Space, Status),
     )
 }
 

@@ -20,8 +20,8 @@ from robostiff.spatial.formula import exact_number, is_formula
 Part = TypeVar("Part")
 OfSymbols = TypeVar("OfSymbols", bound="Symbolic")
 
-# Limits and laws of drives and nominal values of symbols are not part of a formula.
-_NO_ENTRIES = frozenset(("limits", "nominal", "meanings", "units", "laws"))
+# Limits and laws of drives, nominal values of symbols and left out shear are no part of a formula.
+_NO_ENTRIES = frozenset(("limits", "nominal", "meanings", "units", "laws", "shear_left_out"))
 
 
 def with_entries(

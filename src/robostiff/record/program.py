@@ -27,6 +27,9 @@ class Flag(IntFlag):
     DOUBTFUL = 4  # an assumption is close to failing
     RANK_DOUBTFUL = 8  # the pivots of K do not decide its rank
     MEETING = 16  # eigenvalues meet, which have no derivatives there
+    INFEASIBLE = 32  # no tensions of cables within their limits balance the load
+    UNTENSIONED = 64  # a cable has no tension
+    UNBALANCED = 128  # given tensions do not balance the load
 
 
 @frozen
