@@ -139,9 +139,9 @@ class Program:
         return {
             "inputs": list(self.inputs),
             "operations": "".join(_LETTERS[operation] for operation in steps.operations),
-            **{name: packed(own) for name, own in (("a", steps.a), ("b", steps.b))},
+            **{name: _packed(own) for name, own in (("a", steps.a), ("b", steps.b))},
             "numbers": list(steps.numbers.values()),
-            "outputs": packed(self.outputs),
+            "outputs": _packed(self.outputs),
         }
 
     @classmethod
@@ -174,7 +174,7 @@ class Program:
         return cls(inputs, steps, tuple(outputs.tolist()))
 
 
-def packed(places: Sequence[int]) -> str:
+def _packed(places: Sequence[int]) -> str:
     """Places of steps as text, which is read in a tenth of the time of their digits."""
     return b64encode(np.array(places, dtype=_PLACE).tobytes()).decode()
 
