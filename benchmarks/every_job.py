@@ -163,6 +163,15 @@ def many_poses() -> str:
     return ", ".join(f"{name} {10 * seconds(run):.2f}" for name, run in runs.items()) + " us"
 
 
+def cables() -> str:
+    robot, random = rs.load("cable-8"), np.random.default_rng(0)
+    low, high = [-0.6, -0.6, 0.4, -0.1, -0.1, -0.1], [0.6, 0.6, 1.8, 0.1, 0.1, 0.1]
+    poses = random.uniform(low, high, (100_000, 6))  # a fifth of them without tensions
+    kernel = rs.compile(robot)
+    direct = 1e6 * seconds(lambda: rs.stiffness(robot, poses[:10_000]), 2) / 10_000
+    return f"{direct:.0f} us a pose, {10 * seconds(lambda: kernel.evaluate(poses)):.2f} compiled"
+
+
 def loads() -> str:
     robot, poses = rs.load("hexapod"), near(8_192)
     fast = rs.compile_loaded(robot)
@@ -231,6 +240,7 @@ ROWS: tuple[tuple[str, str, Callable[[], str]], ...] = (
     ("hexapod: calls after load", "1 ms; 10 ms, then 0.2 us", lambda: alone(CALLS, runs=2)),
     ("hexapod: one pose", "0.1 ms", one_pose),
     ("hexapod: 10^5 poses, by machine code", "1 us a pose", many_poses),
+    ("cables: 10^5 poses", "1 us a pose", cables),
     ("hexapod: under load", "2 ms, 5 us compiled", loads),
     ("recorded under load + first 1000 poses", "", lambda: alone(RECORDS)),
     ("other machines: one pose", "1 ms", other_machines),

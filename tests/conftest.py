@@ -328,3 +328,9 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     _IS_CHANGED = changes or any(_changes_functions(own.func) for each in named for own in each)
     is_anew = changes or item.nodeid.startswith(_ABOUT_RECORDS)
     os.environ["ROBOSTIFF_CACHE"] = "off" if is_anew else os.environ[_SHARED]
+
+
+@pytest.fixture
+def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The test runs in an empty folder."""
+    monkeypatch.chdir(tmp_path)

@@ -61,6 +61,7 @@ from robostiff.compiled import NoMachineCodeWarning as NoMachineCodeWarning
 from robostiff.compiled import PrincipalStiffness as PrincipalStiffness
 from robostiff.compiled import SourceLanguage as SourceLanguage
 from robostiff.compiled import StiffnessMatrix as StiffnessMatrix
+from robostiff.compiled import TensionsOf as TensionsOf
 from robostiff.compiled import TotalMass as TotalMass
 from robostiff.compiled import WorstDeflection as WorstDeflection
 from robostiff.design.numbers import value_and_gradient as value_and_gradient

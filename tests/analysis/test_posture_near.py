@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
 from robostiff.kinematics.pose import pose_of_end
 from robostiff.kinematics.turn import turn_by_vector
 from robostiff.model import Coordinate, beam_link, prismatic, revolute, spherical, universal
 from robostiff.spatial import Frame, Space
+from tests.cli.running import Running
 from tests.generators.elements import ROD, STEEL, random_transform
 from tests.generators.legs import random_leg
 from tests.kinematics.test_choice_of_posture import planar_crank
@@ -255,11 +254,8 @@ def test_near_chooses_the_posture_of_every_question(tmp_path):
     np.testing.assert_allclose(bent.twist[0], 10 * C[0, :, 0], rtol=1e-9)
     words = ["--pose", " ".join(map(str, pose)), "--near", " ".join(map(str, np.concatenate(near)))]
     smallest = rs.indices(robot, pose, near=near).collinear.smallest
-    shown = CliRunner().invoke(app, ["indices", "3-rrr", *words, "--json"])
-    assert shown.exit_code == 0
-    assert f"{smallest:.9g}"[:8] in shown.stdout
-    assert CliRunner().invoke(app, ["verify", "3-rrr", *words]).exit_code == 0
-    page = tmp_path / "page.html"
-    command = ["report", "3-rrr", "-o", str(page), *words]
-    assert CliRunner().invoke(app, command).exit_code == 0
-    assert page.exists()
+    shown = Running("indices", "3-rrr").done(*words, "--json").stdout
+    assert f"{smallest:.9g}"[:8] in shown
+    Running("verify", "3-rrr").done(*words)
+    Running("report", "3-rrr").done("-o", tmp_path / "page.html", *words)
+    assert (tmp_path / "page.html").exists()

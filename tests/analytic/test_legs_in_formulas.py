@@ -81,7 +81,7 @@ def test_legs_that_differ_in_the_tenth_digit_or_in_their_working_mode_are_no_tur
 
 
 def test_legs_that_are_alike_at_the_values_of_the_model_alone_are_no_turns(monkeypatch):
-    monkeypatch.setattr(agreement, "_SPREADS", (0.0,))
+    monkeypatch.setattr(agreement, "SPREADS", (0.0,))
     robot = rs.load("gough-stewart-b", symbols=ALL)
     R, other = sp.Symbol("R", positive=True), sp.Symbol("other", positive=True)
     first, second, *others = robot.legs

@@ -18,7 +18,8 @@ legs:
   - name: arm
     chain:
       - {{type: revolute, axis: z, role: actuated, stiffness: k*(1 - p)}}
-      - {{type: beam, name: bar, to: [1, 0, 0], y_axis: y, material: own, section: {section}}}
+      - {{type: beam, theory: euler-bernoulli, name: bar, to: [1, 0, 0], y_axis: y, material: own,
+         section: {section}}}
 parameters: {{k: 1e6 N m/rad, p: 0.2, b: 60 mm, h: 40 mm, t: 5 mm, w: 8 mm, nu: 0.3, E: 70 GPa}}
 """
 OWN = "{E: E, poisson_ratio: nu}"
@@ -32,8 +33,9 @@ CASES = {
     "low box": (OWN, BOX, {"t": 0.025}, "less than half the height, h/2"),
     "narrow box": (OWN, BOX, {"b": 0.009}, "less than half the width, b/2"),
     "full box": (OWN, BOX, {"t": 0.02}, "less than half the height, h/2"),
-    "web": (OWN, I, {"w": 0.07}, "less than the flange width, b"),
-    "flange": (OWN, I, {"t": 0.021}, "less than half the height, h/2"),
+    "web": (OWN, I, {"w": 0.07, "h": 0.2}, "less than the flange width, b"),
+    "low web": (OWN, I, {"w": 0.035}, "less than the height between the flanges"),
+    "flange": (OWN, I, {"t": 0.021}, "less than (half the height, h/2|the height between)"),
     "properties": (OWN, "{properties: {A: b*h - t*w, Iy: w**4, Iz: w**4, J: w**4}}", {"t": 1}, "A"),
     "Poisson ratio": (OWN, BOX, {"nu": 0.5}, "between -1 and 0.5"),
     "modulus": ("{E: E*(1 - nu), G: E}", BOX, {"nu": 1.5}, "modulus E .* is more than 0"),

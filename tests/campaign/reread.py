@@ -232,7 +232,10 @@ def section(written: Any, nu: float, scope: dict[str, float], named: dict[str, A
     assert shape == "box", shape
     t = d["wall"]
     B, H = b - 2 * t, h - 2 * t
-    J = 2 * t * ((b - t) * (h - t)) ** 2 / (b + h - 2 * t)
+    # Of four straight walls and, at each of the four corners, what one of infinite walls adds.
+    area = B * H + (B + H) * t + 0.5793356158464 * t**2
+    flux = 2 * (B + H) / t + 4 * (1 - 2 / math.pi * math.log(2))
+    J = 4 * area**2 / flux + 2 * (B + H) * t**3 / 3 + 1.6232958564 * t**4
     return b * h - B * H, (b * h**3 - B * H**3) / 12, (h * b**3 - H * B**3) / 12, J, None, None
 
 

@@ -13,11 +13,15 @@ class Running:
     def __init__(self, *name: str) -> None:
         self.name = name
 
-    def __call__(self, *arguments: str, stdin: str | None = None):
-        return CliRunner().invoke(app, [*self.name, *arguments], input=stdin)
+    def __call__(self, *arguments: object, stdin: str | None = None):
+        return CliRunner().invoke(app, [*self.name, *map(str, arguments)], input=stdin)
 
-    def answer(self, *arguments: str, stdin: str | None = None, status: int = 0) -> dict:
-        """What it prints as JSON."""
-        outcome = self(*arguments, "--json", stdin=stdin)
+    def done(self, *arguments: object, stdin: str | None = None, status: int = 0):
+        """The same, which ends with this status."""
+        outcome = self(*arguments, stdin=stdin)
         assert outcome.exit_code == status, outcome.output
-        return json.loads(outcome.stdout)
+        return outcome
+
+    def answer(self, *arguments: object, stdin: str | None = None, status: int = 0) -> dict:
+        """What it prints as JSON."""
+        return json.loads(self.done(*arguments, "--json", stdin=stdin, status=status).stdout)

@@ -17,12 +17,7 @@ import robostiff as rs
 from tests.cli.running import Running
 from tests.interrupts import interrupts_heard
 
-
-@pytest.fixture(autouse=True)
-def in_a_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
+pytestmark = pytest.mark.usefixtures("in_a_folder")
 run = Running("derive")
 
 
@@ -36,15 +31,13 @@ def test_format_follows_the_name_of_the_file():
         "a.m": "function K = stiffness(",
         "a.txt": "Cartesian",
     }.items():
-        outcome = run("3-rpr", "--symbols", "none", "-o", name)
-        assert outcome.exit_code == 0, outcome.stderr
+        outcome = run.done("3-rpr", "--symbols", "none", "-o", name)
         assert outcome.stdout == ""
         assert Path(name).read_text(encoding="utf-8").lstrip().startswith(start)
 
 
 def test_json_has_the_entries_as_text():
-    outcome = run("3-rpr", "--pose", "symbolic", "--format", "json")
-    assert outcome.exit_code == 0, outcome.stderr
+    outcome = run.done("3-rpr", "--pose", "symbolic", "--format", "json")
     found = json.loads(outcome.stdout)
     K = rs.derive("3-rpr", pose=rs.AtSymbols()).K
     assert found["K"] == [[sp.sstr(x) for x in row] for row in K.tolist()]
@@ -52,18 +45,16 @@ def test_json_has_the_entries_as_text():
 
 def test_pdf_is_written():
     pytest.importorskip("typst")
-    outcome = run("gough-stewart-b", "-o", "b.pdf")
-    assert outcome.exit_code == 0, outcome.stderr
+    run.done("gough-stewart-b", "-o", "b.pdf")
     assert Path("b.pdf").read_bytes().startswith(b"%PDF")
 
 
 def test_symbols_set_and_pose_with_units():
-    outcome = run(
+    run.done(
         "gough-stewart-b",
         *("--symbols", "k", "--set", "h=750 mm", "--pose", "x=100 mm, gamma=10 deg"),
         *("-o", "k.py"),
     )
-    assert outcome.exit_code == 0, outcome.stderr
     space: dict = {}
     exec(Path("k.py").read_text(encoding="utf-8"), space)  # noqa: S102
     robot = rs.load("gough-stewart-b", {"h": "750 mm"})
@@ -72,8 +63,7 @@ def test_symbols_set_and_pose_with_units():
 
 
 def test_the_answer_says_that_time_has_ended():
-    outcome = run("hexapod-pus", "--budget", "0.03")
-    assert outcome.exit_code == 0, outcome.stderr
+    outcome = run.done("hexapod-pus", "--budget", "0.03")
     assert "did not end within 0.03 s of computing. K is in named steps." in outcome.stderr
     assert "A closed form did not end within 0.03 s of computing." in outcome.stdout
 
@@ -142,8 +132,7 @@ def test_json_is_a_short_word_for_the_format():
 
 
 def test_a_snippet_is_the_formula_alone():
-    found = run("planar-link", "--snippet")
-    assert found.exit_code == 0, found.stderr
+    found = run.done("planar-link", "--snippet")
     assert found.stdout == rs.derive("planar-link").latex()
 
 

@@ -28,11 +28,7 @@ MODELS = [
 ]
 
 
-@pytest.fixture(autouse=True)
-def in_a_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-
-
+pytestmark = pytest.mark.usefixtures("in_a_folder")
 run = Running()
 
 
@@ -101,7 +97,7 @@ def test_templates_can_be_used_as_they_are(template):
 
 
 def test_new_robot_like_a_shipped_one():
-    assert run("new", "mine.yml", "--template", "delta").exit_code == 0
+    run.done("new", "mine.yml", "--template", "delta")
     mine, delta = rs.load("mine.yml"), rs.load("delta")
     assert mine.name == "mine"
     np.testing.assert_array_equal(rs.stiffness(mine).K, rs.stiffness(delta).K)
@@ -114,9 +110,9 @@ def test_a_new_robot_that_is_called_like_a_shipped_one_has_a_warning():
 
 @pytest.mark.parametrize("name", ["no", "12", "1e8", "0o17", 'a"b', "x: y", "#1", "ümlaut"])
 def test_any_name_stays_a_text(name):
-    assert run("new", name).exit_code == 0
+    run.done("new", name)
     assert rs.load(f"{name}.yaml").name == name
-    assert run("convert", f"{name}.yaml", "-o", "snapshot.yaml").exit_code == 0
+    run.done("convert", f"{name}.yaml", "-o", "snapshot.yaml")
     assert rs.load("snapshot.yaml").name == name
 
 
@@ -166,14 +162,14 @@ def test_rows_of_a_file_stand_in_a_line_each():
 def test_what_cannot_be_converted():
     message = refused("convert", "3-puu", "--pose", "1 0 0.3 0 0 0", status=1)
     assert "error: no snapshot of '3-puu': " in message
-    assert run("convert", "double-pantograph", "--to", "graph").exit_code == 0
+    run.done("convert", "double-pantograph", "--to", "graph")
 
 
 def test_a_linkage_is_converted_where_its_joints_are_moved_and_for_all_their_values():
     name, joints = "double-pantograph", "screw=-50 mm"
     linkage = rs.load_linkage(name)
     expected = rs.stiffness(linkage, {"screw": -0.05}).K
-    assert run("convert", name, "--joints", joints, "--to", "graph", "-o", "a.json").exit_code == 0
+    run.done("convert", name, "--joints", joints, "--to", "graph", "-o", "a.json")
     found = rs.stiffness(rs.load("a.json")).K
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
     far = refused("convert", name, "--joints", "screw=-900 mm", "--to", "graph", status=1)
@@ -207,8 +203,7 @@ def test_a_converted_robot_does_not_lose_springs_and_laws_in_silence():
     for form in ("snapshot", "graph"):
         assert run("convert", "plain.yaml", "--to", form).stderr == ""
         for file, drive in (("law.yaml", "arm/hinge"), ("screw.yaml", "arm/screw")):
-            outcome = run("convert", file, "--to", form)
-            assert outcome.exit_code == 0
+            outcome = run.done("convert", file, "--to", form)
             assert f"the stiffness of {drive} at this pose" in outcome.stderr
     assert run("convert", "screw.yaml", "--to", "calculix").stderr == ""
 
@@ -239,7 +234,7 @@ def test_a_file_that_is_replaced_keeps_its_permissions_and_links():
     Path("private.json").write_text("{}")
     Path("private.json").chmod(0o600)
     Path("link.json").symlink_to("private.json")
-    assert run("convert", "planar-link", "-o", "link.json", "--overwrite").exit_code == 0
+    run.done("convert", "planar-link", "-o", "link.json", "--overwrite")
     assert Path("link.json").is_symlink()
     assert json.loads(Path("private.json").read_text())["name"] == "planar-link"
     assert Path("private.json").stat().st_mode & 0o777 == 0o600
@@ -261,10 +256,10 @@ def test_a_file_that_is_read_is_not_replaced(output):
 
 
 def test_names_of_files_may_have_255_bytes():
-    assert run("convert", "planar-link", "-o", "a" * 250 + ".json").exit_code == 0
+    run.done("convert", "planar-link", "-o", "a" * 250 + ".json")
     assert json.loads(Path("a" * 250 + ".json").read_text())["name"] == "planar-link"
     long_ending = "b." + "c" * 253
-    assert run("derive", "planar-link", "--format", "text", "-o", long_ending).exit_code == 0
+    run.done("derive", "planar-link", "--format", "text", "-o", long_ending)
     assert Path(long_ending).is_file()
     assert "--output: got" in refused("convert", "planar-link", "-o", "d" * 256)
 

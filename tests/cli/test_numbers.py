@@ -32,8 +32,8 @@ def near(*pose: float) -> str:
     return " ".join(f"{value:.17g}" for q in other_posture(*pose) for value in q)
 
 
-def low() -> Any:
-    return rs.network_at(rs.load_linkage(PANTOGRAPH), {"screw": -0.05})
+def low(**parameters: float) -> Any:
+    return rs.network_at(rs.load_linkage(PANTOGRAPH, parameters), {"screw": -0.05})
 
 
 def of_hexapod_under_load() -> dict[str, Any]:
@@ -93,7 +93,13 @@ def deflection(name: str, **load_: Any) -> dict[str, Any]:
 
 def stiffness(name: str, *pose: Any, **more: Any) -> dict[str, Any]:
     found = rs.stiffness(load(name), *pose, **more)
-    return {"stiffness": found.K, "pose": found.pose, "reference_point": found.reference_point}
+    return {
+        "stiffness": found.K,
+        "compliance": found.compliance,
+        "pose": found.pose,
+        "reference_point": found.reference_point,
+        "order twist": list(found.space.twist_order),
+    }
 
 
 BODIES = {"leg1/strut": [0, 0, -80.0], "platform": rs.Mass(12.0)}
@@ -118,6 +124,13 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "stiffness 3-rrr --pose '0.02 0.01 0.1' --near NEAR": lambda: stiffness(
         "3-rrr", HERE, near=other_posture(*HERE)
     ),
+    "stiffness double-pantograph --set k=1e5 --joints '-50 mm'": lambda: {
+        "stiffness": rs.stiffness(low(k=1e5)).K,
+        "joint_coordinates screw": [-0.05],
+    },
+    "deflection double-pantograph --joints 'screw=-50 mm' --wrench '0 0 -100 N 0 0 0'": lambda: {
+        "deflection": rs.deflection(low(), wrench=[0, 0, -100, 0, 0, 0]).twist
+    },
     f"deflection hexapod {LOADS}": lambda: deflection("hexapod", loads=BODIES),
     f"deflection hexapod {LOADS} --gravity=-y": lambda: deflection(
         "hexapod", loads=BODIES, gravity="-y"

@@ -32,7 +32,6 @@ CONTENTS = {
     **{"latin.yaml": "robostiff: 1\nname: Größe\n".encode("latin-1"), "list.yaml": b"- 1\n- 2\n"},
     **{"empty.csv": b"", "binary.csv": ANY, "mark.csv": b"\xff\xfe", "letters.csv": b"x\n" * 3},
     **{"short.csv": b"x,y\n1\n", "empty.nc": b"", "binary.nc": ANY, "empty.zarr": b""},
-    **{"latin.csv": "x [µm], Fz [N]\n10, -100\n".encode("latin-1")},
     **{"torn.nc": b"\x89HDF\r\n\x1a\n" + bytes(500), "binary.zarr": ANY},
 }
 FOLDERS = ("folder.yaml", "folder.html", "folder.nc", "folder.zarr")

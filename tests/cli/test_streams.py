@@ -31,8 +31,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="the shell of PO
 
 
 @pytest.fixture(autouse=True)
-def in_a_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def _evil(in_a_folder):
     Path("evil.yaml").write_text(EVIL)
 
 

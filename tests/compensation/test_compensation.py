@@ -9,11 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from scipy.spatial.transform import Rotation
 
 import robostiff as rs
-from robostiff.cli.main import app
+from tests.cli.running import Running
 
 STRAIGHT = np.tile([0, 0, 0.9, 0.05, 0, 0.1], (7, 1))
 STRAIGHT[:, 0] = np.linspace(-0.1, 0.1, 7)
@@ -215,6 +214,10 @@ def test_fields_may_stand_in_quotes(hexapod, tmp_path):
     np.testing.assert_array_equal(rs.read_program(hexapod, quoted).poses, wanted.poses)
     quoted.write_text('a note,x [mm],z [mm],Fz [N]\n5" side,-20,900,-800\n')
     np.testing.assert_array_equal(rs.read_program(hexapod, quoted).poses, wanted.poses)
+    quoted.write_bytes(f"# Fräsen\n{text}".encode("latin-1"))
+    np.testing.assert_array_equal(rs.read_program(hexapod, quoted).poses, wanted.poses)
+    quoted.write_text(text, encoding="utf-16")
+    np.testing.assert_array_equal(rs.read_program(hexapod, quoted).poses, wanted.poses)
     plain.write_text(text.replace("900", "9_00"))
     with pytest.raises(rs.FileError, match="2:5: z: value: got '9_00', expected a finite number"):
         rs.read_program(hexapod, plain)
@@ -281,26 +284,26 @@ def test_joints_of_an_arm_from_a_file(arm, tmp_path):
     np.testing.assert_array_equal(again.poses.values, program.poses.values)
 
 
+compensate = Running("compensate")
+
+
 def test_the_command(tmp_path):
     file, out, picture = (tmp_path / name for name in ("path.csv", "out.csv", "path.svg"))
     file.write_text("x [mm],z [mm],Fz [N]\n-20,900,-800\n0,900,-800\n20,900,-800\n")
-    words = ["compensate", "hexapod", str(file), "-o", str(out), "--plot", str(picture)]
-    outcome = CliRunner().invoke(app, words)
-    assert outcome.exit_code == 0, outcome.stderr
+    words = "hexapod", file, "-o", out, "--plot", picture
+    outcome = compensate.done(*words)
     assert "hexapod, 3 points of a path" in outcome.stdout
     assert "without correction" in outcome.stdout
     assert len(out.read_text().splitlines()) == 4
     assert picture.read_text().startswith("<?xml")
-    again = CliRunner().invoke(app, words)
-    assert again.exit_code == 2
-    assert "--overwrite" in again.stderr
+    assert "--overwrite" in compensate.done(*words, status=2).stderr
 
 
 def test_a_path_without_any_command(tmp_path):
     (file := tmp_path / "path.csv").write_text("x [m],y [m],rz [rad],Fx [N]\n3,0,0.3,-800\n")
-    words = ["compensate", "3-rrr", str(file), "--quiet"]
-    shown, data = (CliRunner().invoke(app, [*words, *more]) for more in ([], ["--json"]))
-    assert (shown.exit_code, data.exit_code) == (1, 1)
+    shown, data = (
+        compensate.done("3-rrr", file, "--quiet", *more, status=1) for more in ([], ["--json"])
+    )
     assert re.search(r"with correction +none +none\n", shown.stdout)
     assert json.loads(data.stdout)["commanded"] == [[None] * 6]
 
@@ -312,7 +315,7 @@ def test_a_path_without_any_command(tmp_path):
 def test_a_path_without_any_load_has_a_warning(tmp_path, columns, more, is_warned):
     file = tmp_path / "path.csv"
     file.write_text(f"x [mm]{columns}\n10{', -100' * bool(columns)}\n", encoding="utf-8")
-    outcome = CliRunner().invoke(app, ["compensate", "hexapod", str(file), *more])
+    outcome = compensate("hexapod", file, *more)
     assert outcome.exit_code == 0, outcome.stderr
     assert ("no load, in columns Fx Fy Fz Mx My Mz or as --gravity" in outcome.stderr) is is_warned
 

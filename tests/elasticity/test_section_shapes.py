@@ -50,7 +50,39 @@ def test_i_section_moments_by_steiner():
     steiner = 2 * (b * f**3 / 12 + b * f * ((h - f) / 2) ** 2) + w * web**3 / 12
     assert section.Iy == pytest.approx(steiner, rel=1e-13)
     assert section.Iz == pytest.approx(2 * f * b**3 / 12 + web * w**3 / 12, rel=1e-13)
-    assert section.J == pytest.approx((2 * b * f**3 + (h - f) * w**3) / 3, rel=1e-13)
+
+
+# By particular solutions of the stress function, which at the corners are r^(2k/3), with 70 terms;
+# of a T-junction of an I-section, the excess over its strips [f^4] at w/f.
+@pytest.mark.parametrize(
+    ("b", "h", "wall", "J", "rel"),
+    [
+        (1, 1, 0.05, 0.043945964, 1e-7),
+        (1, 1, 0.1, 0.077093409, 1e-8),
+        (1, 2, 0.2, 0.348629, 2e-6),
+        (1, 1, 0.2, 0.11812214, 3e-6),
+        (1, 1, 0.25, 0.12913154, 6e-5),
+        (3, 1, 0.3, 0.72011157, 2e-4),
+        (1, 1, 0.3333, 0.13812, 2e-3),
+    ],
+)
+def test_torsion_constant_of_boxes_with_thick_walls(b, h, wall, J, rel):
+    assert rs.box(b, h, wall).J == pytest.approx(J, rel=rel)
+
+
+def test_a_box_without_hollow_has_nearly_the_torsion_constant_of_a_rectangle():
+    assert rs.box(1, 2, 0.4999999).J == pytest.approx(rs.rectangle(1, 2).J, rel=0.013)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "excess"),
+    [(0.5, 0.0604627), (1, 0.2919551), (1.5, 0.68168), (2, 1.079972), (4, -5.596), (8, -260.24)],
+)
+def test_torsion_constant_of_junctions_of_an_i_section(ratio, excess):
+    b, h, f = 100.0, 200.0, 1.0
+    strips = (2 * b * f**3 + (h - 2 * f) * ratio**3) / 3 - 0.42018 * f**4
+    J = rs.i_section(b, h, ratio, f).J
+    assert (J - strips) / 2 == pytest.approx(excess, abs=5e-4 * max(1, ratio) ** 3.5)
 
 
 def test_cowper_shear_factors_of_full_sections():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from robostiff.model import (
     Coordinate,
     Element,
     Joint,
-    JointKind,
     ParallelBlock,
     beam_axes,
     parallelogram,
@@ -29,10 +29,7 @@ IN_PLANE = (Coordinate.X, Coordinate.Y, Coordinate.RZ)
 
 def sps_hexapod() -> rs.Robot:
     """A hexapod whose legs may spin about themselves."""
-    robot = case_b()
-    return replace(
-        robot, name="SPS", legs=tuple(_with_first(leg, rs.spherical(FREE)) for leg in robot.legs)
-    )
+    return replace(_with_first(case_b(), rs.spherical(FREE)), name="SPS")
 
 
 def six_upu() -> rs.Robot:
@@ -45,9 +42,7 @@ def six_upu() -> rs.Robot:
         angle = np.pi * i / 3 + 0.2
         turn = np.array([0, 0, angle])
         radial = np.array([np.cos(angle), np.sin(angle), 0])
-        beam = rs.TelescopicBeam(STEEL, ROD, share=1.0)
-        telescope = rs.Telescope(Z, (beam,), beam_axes(Z, None), DRIVE)
-        chain = rs.Chain((rs.universal(Y, X, FREE), telescope, rs.universal(X, Y, FREE)))
+        chain = rs.Chain((rs.universal(Y, X, FREE), _telescope(ROD), rs.universal(X, Y, FREE)))
         base, end = turned(turn, 0.5 * radial), turned(turn, 0.2 * radial)
         legs.append(rs.Leg(f"leg{i}", base, chain, end))
     home = shift_by(0, 0, 0.6)
@@ -89,43 +84,31 @@ def flat_struts() -> rs.Robot:
 
 def stiff_and_soft() -> rs.Robot:
     """A hexapod whose actuators differ by ten decades."""
-    robot = case_b()
     sizes = 10.0 ** np.linspace(2, 12, 6)
-    legs = []
-    for leg, k in zip(robot.legs, sizes, strict=True):
-        elements = [
-            replace(e, role=rs.Actuated(float(k))) if isinstance(e, rs.Telescope) else e
-            for e in leg.chain.elements
-        ]
-        legs.append(replace(leg, chain=rs.Chain(tuple(elements))))
-    return replace(robot, name="stiff and soft", legs=tuple(legs))
+    return _changed(
+        case_b(),
+        "stiff and soft",
+        rs.Telescope,
+        lambda i, e: replace(e, role=rs.Actuated(float(sizes[i]))),
+    )
 
 
 def thin_legs() -> rs.Robot:
     """A hexapod of wires: ten million times as compliant in bending as in tension."""
-    legs = []
-    for leg in case_b().legs:
-        elements: list[Element] = []
-        for e in leg.chain.elements:
-            if isinstance(e, rs.Telescope):
-                wire = rs.TelescopicBeam(STEEL, rs.circle(0.0004), share=1.0)
-                elements.append(replace(e, beams=(wire,), role=rs.Actuated()))
-            else:
-                elements.append(e)
-        legs.append(replace(leg, chain=rs.Chain(tuple(elements))))
-    return rs.Robot("thin legs", tuple(legs), home=shift_by(0, 0, 0.6))
+    wire = rs.TelescopicBeam(STEEL, rs.circle(0.0004), share=1.0)
+    return _changed(
+        case_b(),
+        "thin legs",
+        rs.Telescope,
+        lambda _, e: replace(e, beams=(wire,), role=rs.Actuated()),
+    )
 
 
 def skewed_hexapod() -> rs.Robot:
     """A hexapod whose universal joints have axes that are not square, and bars for legs."""
-    robot = case_b()
-    legs = []
-    for leg in robot.legs:
-        beam = rs.TelescopicBeam(STEEL, BAR, share=1.0)
-        telescope = rs.Telescope(Z, (beam,), beam_axes(Z, None), DRIVE)
-        joint = rs.universal([1, 0.2, 0.1], [0, 1, 0.1], FREE)
-        legs.append(replace(leg, chain=rs.Chain((joint, telescope, rs.spherical(FREE)))))
-    return replace(robot, name="skewed", legs=tuple(legs))
+    telescope = _telescope(BAR)
+    robot = _changed(case_b(), "skewed", rs.Telescope, lambda _, e: telescope)
+    return _with_first(robot, rs.universal([1, 0.2, 0.1], [0, 1, 0.1], FREE))
 
 
 def of_random_legs(kind: str) -> rs.Robot:
@@ -143,9 +126,28 @@ def _planar(name: str, legs: list[rs.Leg], home: Frame) -> rs.Robot:
     return rs.Robot(name, tuple(legs), home=home, coordinates=IN_PLANE, space=Space.PLANAR)
 
 
-def _with_first(leg: rs.Leg, joint: Joint) -> rs.Leg:
-    _, *others = leg.chain.elements
-    return replace(leg, chain=rs.Chain((joint, *others)))
+def _changed(
+    robot: rs.Robot, name: str, kind: type, change: Callable[[int, Any], Element]
+) -> rs.Robot:
+    """The robot with other elements in place of those of a kind, by the number of their leg."""
+    legs = []
+    for i, leg in enumerate(robot.legs):
+        elements = (change(i, e) if isinstance(e, kind) else e for e in leg.chain.elements)
+        legs.append(replace(leg, chain=rs.Chain(tuple(elements))))
+    return replace(robot, name=name, legs=tuple(legs))
+
+
+def _with_first(robot: rs.Robot, joint: Joint) -> rs.Robot:
+    """The robot with another joint at the base of each leg."""
+    first = {id(leg.chain.elements[0]) for leg in robot.legs}
+    return _changed(robot, robot.name, Joint, lambda _, e: joint if id(e) in first else e)
+
+
+def _telescope(section: rs.CrossSection, home: float | None = None) -> rs.Telescope:
+    """A driven beam along z, all of which is as long as the leg."""
+    beam = rs.TelescopicBeam(STEEL, section, share=1.0)
+    more = {} if home is None else {"home": home}
+    return rs.Telescope(Z, (beam,), beam_axes(Z, None), DRIVE, **more)
 
 
 def drives_only_arm() -> rs.Robot:
@@ -155,15 +157,12 @@ def drives_only_arm() -> rs.Robot:
 
 def spherical_joint_arm() -> rs.Robot:
     """A serial arm with a passive joint in its middle."""
-    arm = elbow_arm()
-    elements = [
-        replace(e, role=FREE)
-        if isinstance(e, Joint) and e.kind is JointKind.REVOLUTE and e.name == "j5"
-        else e
-        for e in arm.legs[0].chain.elements
-    ]
-    leg = replace(arm.legs[0], chain=rs.Chain(tuple(elements)))
-    return replace(arm, name="arm with a free joint", legs=(leg,))
+    return _changed(
+        elbow_arm(),
+        "arm with a free joint",
+        Joint,
+        lambda _, e: replace(e, role=FREE) if e.name == "j5" else e,
+    )
 
 
 def _pinned_bar(length: float) -> rs.Chain:
@@ -206,9 +205,7 @@ def pairs_of_struts() -> rs.Robot:
     legs = []
     for i in range(3):
         base = turned(np.array([0, 0, 2 * np.pi * i / 3]), np.zeros(3))
-        beam = rs.TelescopicBeam(STEEL, ROD, share=1.0)
-        telescope = rs.Telescope(Z, (beam,), beam_axes(Z, None), DRIVE, home=0.6)
-        strut = rs.Chain((rs.universal(Y, X, FREE), telescope, rs.spherical(FREE)))
+        strut = rs.Chain((rs.universal(Y, X, FREE), _telescope(ROD, 0.6), rs.spherical(FREE)))
         chain = rs.Chain((parallelogram(strut, 0.2 * Y, name="pair"),))
         start, end = (Frame(base.R, size * base.R[:, 0]) for size in (0.4, 0.25))
         legs.append(rs.Leg(f"leg{i}", start, chain, end))

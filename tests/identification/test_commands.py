@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
 from robostiff.robots import robot_file
+from tests.cli.running import Running
 from tests.identification.campaigns import hexapod_campaign, hexapod_frames
 
 ROOT = Path(__file__).parents[2]
@@ -21,16 +20,13 @@ ARM, CAMPAIGN = EXAMPLES / "loaded-arm.yaml", EXAMPLES / "campaign.csv"
 ZEROS = ("--parameters", "arm/joint*", "--parameters", "arm/joint[2345].zero")
 
 
-def run(*words: object):
-    return CliRunner().invoke(app, [str(word) for word in words])
+run = Running()
 
 
 def test_the_campaign_of_the_examples(tmp_path):
     """The simulated machine has these compliances; the fit finds them, and says how well."""
     picture = tmp_path / "residuals.svg"
-    done = run("identify", ARM, CAMPAIGN, *ZEROS, "--json", "--plot", picture)
-    assert done.exit_code == 0, done.output
-    found = json.loads(done.output)
+    found = run.answer("identify", ARM, CAMPAIGN, *ZEROS, "--plot", picture)
     truth = {
         **{"arm/joint1": 2.13e-6, "arm/joint2": 1.62e-6, "arm/joint3": 3.72e-6},
         **{"arm/joint4": 1.97e-5, "arm/joint5": 1.88e-5, "arm/joint6": 3.55e-5},
@@ -45,8 +41,7 @@ def test_the_campaign_of_the_examples(tmp_path):
 
 def test_a_page_with_tables_and_residuals(tmp_path):
     page = tmp_path / "residuals.html"
-    done = run("identify", ARM, CAMPAIGN, *ZEROS, "--plot", page)
-    assert done.exit_code == 0, done.output
+    run.done("identify", ARM, CAMPAIGN, *ZEROS, "--plot", page)
     html = page.read_text("utf-8")
     assert html.startswith("<!doctype html>")
     assert "<title>loaded-arm, identified</title>" in html
@@ -57,8 +52,7 @@ def test_a_page_with_tables_and_residuals(tmp_path):
 def test_a_model_file_with_the_values(tmp_path):
     """Comments and order stay; the file is the robot that was found."""
     output = tmp_path / "identified.yaml"
-    done = run("identify", ARM, CAMPAIGN, "--parameters", "arm/joint*", "-o", output)
-    assert done.exit_code == 1
+    done = run.done("identify", ARM, CAMPAIGN, "--parameters", "arm/joint*", "-o", output, status=1)
     assert "does-not-fit" in done.output
     text, before = output.read_text().splitlines(), ARM.read_text().splitlines()
     assert len(text) == len(before)
@@ -73,8 +67,7 @@ def test_a_model_file_with_the_values(tmp_path):
 
 def test_a_value_without_a_place_of_its_own(tmp_path):
     output = tmp_path / "identified.yaml"
-    done = run("identify", ARM, CAMPAIGN, *ZEROS, "-o", output)
-    assert done.exit_code == 2
+    done = run.done("identify", ARM, CAMPAIGN, *ZEROS, "-o", output, status=2)
     assert "place of 'arm/joint2.zero'" in done.output
     assert "z2: 0 deg of a turn: [{z: z2}] before the joint" in done.output
     assert not output.exists()
@@ -89,10 +82,9 @@ def test_a_zero_has_a_place_as_the_parameter_of_a_turn(tmp_path):
     text = ARM.read_text().replace("  fore:", "  z2: 0 deg\n  fore:").replace(joint, turn + joint)
     (tmp_path / "arm.yaml").write_text(text)
     written = tmp_path / "identified.yaml"
-    words = "--parameters", "z2", "--json", "-o", written
-    found = json.loads(run("identify", tmp_path / "arm.yaml", CAMPAIGN, *words).output)
-    own = "--parameters", "arm/joint2.zero", "--json"
-    joint = json.loads(run("identify", ARM, CAMPAIGN, *own).output)
+    words = "--parameters", "z2", "-o", written
+    found = run.answer("identify", tmp_path / "arm.yaml", CAMPAIGN, *words, status=1)
+    joint = run.answer("identify", ARM, CAMPAIGN, "--parameters", "arm/joint2.zero", status=1)
     for kind in ("values", "std"):
         assert found[kind]["z2"] == pytest.approx(joint[kind]["arm/joint2.zero"], rel=1e-6)
     (line,) = (line for line in written.read_text().splitlines() if "z2:" in line)
@@ -105,8 +97,7 @@ def test_a_plan_has_the_units_of_parameters_and_says_how_far_markers_move():
     load = ("--force", "0 0 -6 kN", "--force", "5 kN 0 0")
     done = run("plan", "hexapod", *given, *load, "--sigma", "1 um")
     assert re.search(r"\nk_joint +\S+ N/m\n", done.output), done.output
-    few = run("plan", "hexapod", *given, "--force", "0 0 -60 N", "--sigma", "20 um")
-    assert few.exit_code == 2
+    few = run.done("plan", "hexapod", *given, "--force", "0 0 -60 N", "--sigma", "20 um", status=2)
     assert re.search(r"less than 5 sigma, at most by 0\.[0-9]+: hang on larger loads", few.output)
 
 
@@ -114,12 +105,11 @@ def test_a_plan(tmp_path):
     output = tmp_path / "plan.csv"
     marks = ("--marker", "m1=0.08 0.1 0", "--marker", "m2=0.05 -0.09 0.08",
              "--marker", "m3=0.05 -0.05 -0.1")  # fmt: skip
-    done = run(
+    done = run.done(
         *("plan", ARM, "--parameters", "arm/joint*", "--count", 6, "--candidates", 40, *marks),
         *("--force", "600 N -300 N -900 N", "--hook", "0.12 0.15 0.05", "--json", "-o", output),
         *("--criterion", "test-pose", "--wrench", "0 0 -1000 N 0 0 0"),
     )
-    assert done.exit_code == 0, done.output
     found = json.loads(done.output)
     assert found["value"] < found["random"]
     lines = output.read_text().splitlines()
@@ -205,8 +195,7 @@ def test_dial_gauges_need_the_places_of_their_readings(tmp_path):
         "0,90,-100,tip,0,-250,5\n0,90,100,tip,0,251,5\n30,-60,-100,tip,20,-300,5\n"
     )
     asked = ("identify", "two-link-arm", file, "--parameters", "arm/shoulder")
-    refused = run(*asked)
-    assert refused.exit_code == 2
+    refused = run.done(*asked, status=2)
     hint = '--marker "tip=0 0 50 mm" --instrument "0 0 0 0 0 0"'
     assert hint in refused.stderr
     known = run(*asked, "--marker", "tip=0 0 50 mm", "--instrument", "0 0 0 0 0 0")

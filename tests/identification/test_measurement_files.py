@@ -65,6 +65,47 @@ def test_displacements_gauges_and_distances(tmp_path):
     assert not found.has_sigma
 
 
+OF_HEXAPOD = """pose_z [mm];Fx [N];Fz [N];dx [um];dy [um];dz [um]
+900,5;100;-200,5;1,5;2;3
+910;;;1;;3
+"""
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        OF_HEXAPOD.encode("utf-8-sig"),
+        OF_HEXAPOD.replace("\n", "\r\n").encode("utf-16"),
+        OF_HEXAPOD.replace(";", "\t").replace(",", ".").encode("utf-16"),
+        f"sep=;\n{OF_HEXAPOD};;;;;\n;;;;;\n".encode(),
+        OF_HEXAPOD.replace("[um]", "[µm]").encode("latin-1"),
+        OF_HEXAPOD.replace("[um]", "[Âµm]").encode(),
+    ],
+)
+def test_what_programs_write_around_a_table(content, tmp_path):
+    (tmp_path / "campaign.csv").write_bytes(content)
+    found = rs.Measurements.read(tmp_path / "campaign.csv", rs.load("hexapod"))
+    assert len(found) == 2
+    np.testing.assert_allclose(found.wrenches[:, :3], [[100, 0, -200.5], [0, 0, 0]])
+    np.testing.assert_allclose(found.values[0], [1.5e-6, 2e-6, 3e-6])
+    assert found.is_read.tolist() == [[True] * 3, [True, False, True]]
+
+
+@pytest.mark.parametrize(
+    ("was", "becomes", "said"),
+    [
+        ("100;-200", "100;;", "2: reading: got 7 fields, expected 6"),
+        ("100;-200,5", "100;", "2: Fz: got nothing, expected a number, or nothing in all of Fx, F"),
+        (";", ",", "2:1: reading: got 9 fields.* numbers have points, or semicolons between"),
+        (";", " ", "1: names of columns: got .*, expected names between tabs, semicolons or com"),
+        (";", "|", "1: names of columns: got .*, expected names between tabs, semicolons or com"),
+    ],
+)
+def test_tables_that_are_refused(was, becomes, said, tmp_path):
+    with pytest.raises(rs.FileError, match=f"csv:{said}".replace("2: reading", "2:1: reading")):
+        read(rs.load("hexapod"), tmp_path, OF_HEXAPOD.replace(was, becomes))
+
+
 @pytest.mark.filterwarnings("ignore:.*'(Name|Image RMS|Time Stamp)' is not read")
 def test_export_of_a_tracker(arm, tmp_path):
     joints = tmp_path / "joints.csv"

@@ -179,6 +179,50 @@ def test_a_warning_is_of_the_line_that_calls_and_shown_once(tmp_path):
     assert facts["warnings"][0].endswith(warning)
 
 
+MIXED = """robostiff: 1
+name: arm
+source: chosen here
+parameters: {R: 300 mm, k: 2e7 N/m, k_nut: 30 N/um}
+legs:
+  - name: a
+    chain:
+      - {type: prismatic, axis: z, role: actuated, stiffness: k}
+      - {type: prismatic, axis: x, role: actuated, stiffness: k_nut}
+      - type: beam
+        to: [0, 0, R]
+        material: steel
+        section: {tube: {outer_diameter: 20 mm, inner_diameter: 10 mm}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("was", "becomes", "said"),
+    [
+        ("k: 2e7 N/m", "k: 120", "stiffness: a stiffness of 120 N/m; in N/um? write 120 N/um"),
+        ("k: 2e7 N/m", "k: 20000", "k without a unit beside 30 N/um; write 20000 N/um, or"),
+        ("k: 2e7 N/m", "k: 2e7", ""),
+        ("outer_diameter: 20 mm", "outer_diameter: 20", "20 without a unit beside 10 mm"),
+        ("inner_diameter: 10 mm", "inner_diameter: 0.01", ""),
+        ("[0, 0, R]", "[5 mm, 3, R]", "3 without a unit beside 5 mm; write 3 mm, or 3 m"),
+        ("[0, 0, R]", "[5 m, 3, R]", ""),
+        ("[0, 0, R]", "[900 mm, 2, R]", ""),
+        ("[0, 0, R]", "[5 mmm, 3, R]", "'mmm'"),
+    ],
+)
+def test_numbers_without_a_unit_beside_those_with_one(was, becomes, said):
+    assert MIXED.count(was) == 1
+    text = MIXED.replace(was, becomes)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            model_from_document(parse_document(text, "arm.yaml"))
+            errors = []
+        except rs.InputError as error:
+            errors = [str(error)]
+    errors += [str(w.message) for w in caught]
+    assert [said in error for error in errors] == [True] * bool(said), errors
+
+
 def test_values_of_parameters_without_the_unit_of_the_file():
     slip = "parameter k_joint = 250: 250 N/m .* in place of 4e[+]08 N/m"
     for symbols in ((), rs.ALL_PARAMETERS):

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 import robostiff as rs
@@ -305,52 +303,3 @@ PLANAR = """{"name": "arm", "planar": true, "reference_point": [0, 0, 0],
 "legs": [{"name": "leg", "end": [0, 0, 0], "chain": [
 {"type": "spring", "kind": "R", "point": [0, 0, 9], "axis": [0, 0, 1], "k": 9},
 """
-
-
-values = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
-    lambda inner: (
-        st.lists(inner, max_size=4)
-        | st.dictionaries(st.sampled_from(["type", "kind", "point", "axis", "k", "K"]), inner)
-    ),
-    max_leaves=8,
-)
-PATHS = [
-    (),
-    ("name",),
-    ("legs",),
-    ("legs", 0),
-    ("legs", 0, "end"),
-    ("legs", 0, "chain"),
-    *(("legs", 0, "chain", i) for i in range(4)),
-    ("legs", 0, "chain", 0, "type"),
-    ("legs", 0, "chain", 0, "axis"),
-    ("legs", 0, "chain", 1, "y_axis"),
-    ("legs", 0, "chain", 1, "E"),
-    ("legs", 0, "chain", 1, "start", 0),
-    ("legs", 0, "chain", 3, "rotation", 1),
-    ("legs", 0, "chain", 3, "compliance", 4, 4),
-    ("legs", 0, "chain", 3, "compliance", 1, 4),
-]
-
-
-@pytest.mark.filterwarnings("ignore::robostiff.errors.PlausibilityWarning")
-@given(st.sampled_from(PATHS), values)
-def test_anything_anywhere_is_read_or_refused_with_its_place(path, value):
-    data = {"top": json.loads(TEXT)}
-    *parents, last = ("top", *path)
-    inside = data
-    for step in parents:
-        inside = inside[step]
-    inside[last] = value
-    document = parse_document(json.dumps(data["top"]), file="arm.json")
-    error = None
-    try:
-        snapshot_from_document(document)
-    except FileError as caught:
-        error = caught
-    if error is not None:
-        assert error.location.file == "arm.json"
-        assert error.location.line == 1
-        for line in str(error).splitlines():
-            assert line.strip().startswith("arm.json:1:")

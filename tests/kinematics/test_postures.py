@@ -8,7 +8,6 @@ from robostiff.errors import PlausibilityWarning
 from robostiff.io.document import parse_document
 from robostiff.io.model_file import model_from_document
 from robostiff.kinematics import PostureFinder, find_posture, place_chain
-from robostiff.kinematics.closure.loops import fitting_coordinates, platform_mobility
 from robostiff.model import PlacedFreedom
 from robostiff.robots import load, robot_file
 from tests.generators.legs import has_skewed_axes, random_leg
@@ -111,27 +110,6 @@ def test_legs_computed_together_are_where_each_is_alone(name: str):
             assert part.name == other.name
             shown = np.broadcast_to(other.point, (40, 3))[kept]
             assert np.allclose(np.broadcast_to(part.point, (3, 3))[kept], shown, atol=1e-11)
-
-
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [
-        ("3-puu", "x y z"),
-        ("tripteron", "x y z"),
-        ("orthoglide", "x y z"),
-        ("delta", "x y z"),
-        ("3-rrr", "x y rz"),
-        ("3-rpr-beams", "x y rz"),
-        ("gough-stewart-b", "x y z rx ry rz"),
-        ("two-link-arm", "y rz"),
-    ],
-)
-def test_freedoms_of_shipped_robots(name, expected):
-    robot = rs.load(name)
-    finder = PostureFinder(robot)
-    q = [solver.home for solver in finder.solvers]
-    mobility = platform_mobility(robot, finder.home_pose, q, finder.length)
-    assert " ".join(c.value for c in fitting_coordinates(mobility)) == expected
 
 
 def with_coordinates(line: str) -> rs.Robot:

@@ -93,6 +93,7 @@ GOOD = {
     ),
     **dict.fromkeys((rs.cable_stiffness, rs.cable_tensions), lambda: {"robot": CABLES}),
     **dict.fromkeys((rs.DeflectionUnder, rs.DisplacementUnder), lambda: {"wrench": LOAD}),
+    rs.TensionsOf: lambda: {"names": ["cable1", "cable2"]},
     **dict.fromkeys(
         (rs.rotational_spring, rs.translational_spring), lambda: {"stiffness": 1e3, "axis": Z}
     ),

@@ -13,11 +13,13 @@ from robostiff.analysis.linkage_stiffness import ConfigurationsOfLinkage
 from robostiff.elasticity import circle, material
 from robostiff.elastostatics import Status
 from robostiff.kinematics import ActuatorCoordinates
-from robostiff.linkage import Linkage, close, essential, robot_of
+from robostiff.linkage import Connection, Linkage, close, essential, robot_of
 from robostiff.linkage.essential import network_of
+from robostiff.linkage.linkage import turned_round
 from robostiff.model import (
     Actuated,
     Link,
+    Mass,
     Passive,
     beam_link,
     cylindrical,
@@ -235,6 +237,34 @@ def test_legs_that_share_a_body_are_no_robot():
     bridge = fitting(rng, "space", "bridge", "0.2", "1.3", frames, _element(rng, "bridge", 0))
     part = essential(Linkage("l", (*linkage.connections, bridge), "base", "platform", np.zeros(3)))
     assert robot_of(part, close(part)) is None
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize(
+    "masses",
+    [
+        (Mass(3.0),),
+        (Mass(2.0, span=(0.0, 0.25)), Mass(1.0, span=(0.25, 1.0))),
+        (Mass(3.0, [0.1, 0.2, 0.3], inertia=[0.1, 0.2, 0.25]), Mass(1.0, inertia=[0.1, 0.1, 0.1])),
+    ],
+)
+def test_masses_of_a_link_that_hangs_are_those_of_one_that_holds_the_platform(masses, turned):
+    """A drive stores the same energy and swings as fast, if the link hardly bends."""
+    beam = beam_link([0.5, 0.1, 0.2], material("steel"), circle(0.002), name="beam")
+    stiff = rs.Elasticity(1e-9 * beam.elasticity.compliance)
+    beam = replace(beam, elasticity=stiff, masses=masses)
+    here, hinge = Frame.identity(), revolute([0.2, 0.3, 1], Actuated(2e3), name="drive")
+    drive = Connection("drive", "base", "hand", here, hinge, here)
+    link = Connection("beam", "hand", "tip", Frame(here.R, np.array([0.2, 0.1, 0])), beam, here)
+    parts = drive, turned_round(link) if turned else link
+    held, hung = (Linkage("l", parts, "base", end, np.zeros(3)) for end in ("tip", "hand"))
+    known, found = (
+        {part.part: part.energy for part in rs.equilibrium(each, gravity="-y").parts}["drive"]
+        for each in (held, hung)
+    )
+    assert found == pytest.approx(known, rel=1e-8)
+    first, *_ = rs.modes(held).frequencies
+    assert rs.modes(hung).frequencies == pytest.approx([first], rel=1e-5)
 
 
 def test_coordinates_of_all_drives_need_no_names_under_load_either():

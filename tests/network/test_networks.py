@@ -24,6 +24,7 @@ from robostiff.network import (
     mobility,
     network_of_snapshot,
 )
+from robostiff.network.elements import CouplingElement
 from robostiff.spatial import Space, rotate_stiffness
 from tests.cases.reference_case import case
 from tests.network.frames import (
@@ -338,3 +339,43 @@ def test_a_tapered_beam_sinks_under_its_weight_as_by_integrals(tmp_path):
     # Of the slice itself, half lies beyond its middle.
     stretch = np.sum((beyond[0] - weight * area * step / 2) / (E * area)) * step * 2 / 9
     assert np.isclose(sunk[0], stretch, rtol=1e-6, atol=0)
+
+
+@pytest.mark.parametrize("space", Space)
+def test_a_joint_that_leaves_all_motions_free_holds_nothing(space: Space):
+    wall, tip, loose = nodes(wall=[0, 0, 0], tip=[1, 0, 0], loose=[1, 1, 0])
+    rod = beam_between(wall, tip, STEEL, BAR, y_axis=[0, 0, 1], name="rod")
+    free = [motion(tip.point, axis) for axis in np.eye(3) for motion in (sliding, turning)]
+    planar = [f for f in free if (abs(f.axis[2]) > 0) == (f.pitch is not None)]
+    joint = JointElement("any", "tip", "loose", tuple(free if space is Space.SPATIAL else planar))
+    alone = Network("alone", (wall, tip), ("wall",), "tip", tip.point, (rod,), space=space)
+    both = replace(alone, nodes=(wall, tip, loose), joints=(joint,))
+    np.testing.assert_allclose(stiffness(both).K, stiffness(alone).K, rtol=1e-12)
+    hanging = stiffness(replace(both, platform="loose"))
+    assert hanging.rank == 0
+    assert hanging.status == rs.Status.FREE_MOTIONS
+
+
+@pytest.mark.parametrize("along", [[1, 0, 0], [0.6, 0.8, 0]])
+def test_a_drive_along_a_passive_slide_gives_no_direction_its_compliance(along: list[float]):
+    wall, tip = nodes(wall=[0, 0, 0], tip=[1, 0, 0])
+    slides = sliding(tip.point, along, 1e4), sliding(tip.point, along)
+    turn = turning(tip.point, [0, 0, 1])
+    joint = JointElement("joint", "wall", "tip", (*slides, turn))
+    result = stiffness(
+        Network("two", (wall, tip), ("wall",), "tip", tip.point, (), (), (joint,), Space.PLANAR)
+    )
+    # nothing yields across the slides, and nothing resists along them
+    assert result.status == rs.Status.FREE_MOTIONS | rs.Status.RIGID_DIRECTION
+
+
+def test_a_coupled_freedom_that_another_one_repeats_is_refused():
+    wall, tip = nodes(wall=[0, 0, 0], tip=[1, 0, 0])
+    rod = beam_between(wall, tip, STEEL, BAR, name="rod")
+    turn, drive = (turning(tip.point, [0, 0, 1], k) for k in (None, 1e4))
+    two = JointElement("two", "wall", "tip", (turn, drive, sliding(tip.point, [1, 0, 0])))
+    geared = CouplingElement("gear", ((two, 0, 2.0), (two, 2, 1.0)))
+    shaft = Network("shaft", (wall, tip), ("wall",), "tip", tip.point, (rod,), (), (two,))
+    assert stiffness(shaft).rank == 6
+    with pytest.raises(rs.InputError, match="freedom 1 of joint 'two', which others repeat"):
+        stiffness(replace(shaft, couplings=(geared,)))

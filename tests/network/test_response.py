@@ -77,7 +77,10 @@ def test_wrenches_at_the_platform_move_it_as_its_compliance_says(name):
         moved = rs.network_response(network, {network.platform: move_wrench(F, -to_reference)})
         back = move_twist(moved.twists[network.platform], to_reference)
         assert_allclose(back, found.twists[network.platform], rtol=0, atol=1e-8 * np.abs(t).max())
-    assert_allclose(found.energy, 0.5 * F @ rs.deflection(network, wrench=F).twist, rtol=1e-7)
+    bent = rs.deflection(network, wrench=F)
+    assert_allclose(found.energy, 0.5 * F @ bent.twist, rtol=1e-7)
+    assert_allclose(sum(part.energy for part in bent.parts), 0.5 * F @ bent.twist, rtol=1e-9)
+    assert_allclose(sum(part.share for part in bent.parts), 1.0, rtol=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(16))

@@ -109,8 +109,8 @@ def test_a_stubby_bar_needs_shear(tmp_path, slenderness):
     assert found / plain - 1 > 0.5 * (sheared / plain - 1)
 
 
-def test_bredt_makes_a_box_too_soft_by_what_is_said(tmp_path):
-    """A square box whose wall is a tenth of its side: 6 %, and bending and tension exact."""
+def test_what_a_length_of_a_box_with_thick_walls_adds(tmp_path):
+    """A square box whose wall is a tenth of its side."""
     side, section = 0.05, rs.box(0.05, 0.05, 0.005)
     short = compliance_of_solid(tmp_path / "short.inp", 0.15, (9, 10, 10), (side, side), True)
     long = compliance_of_solid(tmp_path / "long.inp", 0.25, (15, 10, 10), (side, side), True)
@@ -118,4 +118,4 @@ def test_bredt_makes_a_box_too_soft_by_what_is_said(tmp_path):
     added = np.diagonal(long - short)[along]
     expected = np.diagonal(beam_compliance(0.1, STEEL, section))[along]
     ratio = expected / added
-    assert np.allclose(ratio, [1, 1.06, 1, 1], rtol=5e-3)
+    assert np.allclose(ratio, 1, rtol=5e-3), ratio

@@ -61,6 +61,12 @@ def held_across_x() -> rs.Stiffness:
     return rs.stiffness(rs.Robot("held", (leg,)))
 
 
+def sprung_arm() -> rs.Robot:
+    """An arm with a spring from its base to its first link."""
+    ends = rs.BodyPoint("base", [0.1, 0, 0.2]), rs.BodyPoint("arm/upper arm", [0, 0.1, 0.1])
+    return robot("six-joint-arm").with_springs([rs.BodySpring("spring", ends, 2e4, preload=50.0)])
+
+
 def all_scenes(b: Any) -> dict[str, Any]:
     """One picture of each kind that can be turned, by a backend."""
     hexapod, result, bent = robot("hexapod"), hexapod_stiffness(), hexapod_deflection()

@@ -107,25 +107,6 @@ def test_every_region_has_a_look_of_its_own():
     assert len(looks) == len(set(looks.values())) == 11
 
 
-def test_ranks_and_statuses_have_names_and_no_scale():
-    found = map_with(status=1, rank=5)
-    ranks = rs.plot.map_slice(found, "rank", **XY, at={"z": 0.3})
-    assert [region.name for region in ranks.regions] == ["rank 6", "rank 5", "unreachable"]
-    assert names_at(ranks, 2, 2) == ["rank 5"]
-    statuses = rs.plot.map_slice(found, "status", **XY, at={"z": 0.3})
-    assert {region.name for region in statuses.regions} == {"ok", "free-motions", "unreachable"}
-    assert names_at(statuses, 2, 2) == ["free-motions"]
-    for picture in (ranks, statuses):
-        assert picture.scale is None
-        assert np.all(np.sum([region.where for region in picture.regions], axis=0) == 1)
-        assert len({region.style(rs.plot.Theme.LIGHT.palette) for region in picture.regions}) == 3
-        rs.plot.Matplotlib().draw(picture)
-    palette = Theme.LIGHT.palette
-    kept = {region.name: region.style(palette) for region in statuses.regions}["unreachable"]
-    usual = rs.plot.map_slice(found, "worst_deflection", **XY, at={"z": 0.3}).regions
-    assert kept == next(region.style(palette) for region in usual if region.name == "unreachable")
-
-
 @pytest.mark.parametrize(
     ("time", "label", "places"), [([2, 5], "time [s]", [2, 5]), (None, "pose", [0, 1])]
 )

@@ -10,10 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
 from robostiff.markup import Folded, Number, Paragraph, Section, Table, inner_blocks
 from robostiff.plot.picture import Field, Scene
 from robostiff.report import (
@@ -29,6 +27,7 @@ from robostiff.report.figures import figures_in
 from robostiff.report.results import map_section
 from robostiff.report.write import pack
 from robostiff.robots import robot_file
+from tests.cli.running import Running
 from tests.project.shown_output import ROOT
 
 LOAD = [100, 20, 3]
@@ -170,10 +169,9 @@ def test_packed_text_cannot_end_its_element():
 
 def test_the_command_takes_all_of_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    asked = ["report", "3-rpr", "-o", "r.html", "--compare", "3-rrr", "--project", "Cell 4"]
+    asked = ["3-rpr", "-o", "r.html", "--compare", "3-rrr", "--project", "Cell 4"]
     asked += ["--author", "A. E.", "--date", "2026-11-22", "--revision", "C"]
-    outcome = CliRunner().invoke(app, asked)
-    assert outcome.exit_code == 0, outcome.stderr
+    Running("report").done(*asked)
     html = (tmp_path / "r.html").read_text(encoding="utf-8")
     assert "<h2>Beside 3-rrr</h2>" in html
     assert "<dd>C</dd>" in html

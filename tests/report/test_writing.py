@@ -5,10 +5,8 @@ import sys
 from dataclasses import replace
 
 import pytest
-from click.testing import CliRunner
 
 import robostiff as rs
-from robostiff.cli.main import app
 from robostiff.report import (
     TitleBlock,
     described_by,
@@ -19,15 +17,11 @@ from robostiff.report import (
     save_report,
 )
 from robostiff.robots import robot_file
+from tests.cli.running import Running
 from tests.project.shown_output import ROOT
 from tests.report.machines import with_symbols
 
 PLANAR_LOAD = [100, 20, 3]
-
-
-@pytest.fixture(autouse=True)
-def in_a_folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture(scope="module")
@@ -35,13 +29,12 @@ def planar():
     return report_contents(rs.load("3-rpr"), wrench=PLANAR_LOAD)
 
 
-def run(*arguments: str):
-    return CliRunner().invoke(app, ["report", *arguments])
+pytestmark = pytest.mark.usefixtures("in_a_folder")
+run = Running("report")
 
 
 def test_a_page_and_a_pdf_or_a_pdf_alone(tmp_path):
-    outcome = run("3-rpr", "--wrench", "100 N 20 N 3 N*m", "--pdf", "-o", "robot.html")
-    assert outcome.exit_code == 0, outcome.stderr
+    outcome = run.done("3-rpr", "--wrench", "100 N 20 N 3 N*m", "--pdf", "-o", "robot.html")
     assert outcome.stdout.split() == ["robot.html", "robot.pdf"]
     assert run("3-rpr", "--pdf", "-o", "alone.pdf").stdout.split() == ["alone.pdf"]
     assert (tmp_path / "robot.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
@@ -49,6 +42,13 @@ def test_a_page_and_a_pdf_or_a_pdf_alone(tmp_path):
         assert (tmp_path / name).read_bytes().startswith(b"%PDF-")
         assert (tmp_path / name).stat().st_size > 10_000
     assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_couplings_are_listed_with_their_sums_at_home():
+    html = report_html(report_contents(rs.load(ROOT / "tests/files/geared-wrist.yaml")))
+    cells = re.sub(r"(<[^>]*>)+", "|", html)
+    assert "|arm/belt|b + 1.5 a|0.17453| rad|locked|50000| N m/rad|" in cells
+    assert "|arm/coupling of s and a|s + 0.005 a|0.02| m|locked|rigid|" in cells
 
 
 def test_a_report_with_every_section_has_few_pages_and_says_the_formula_once():
@@ -145,7 +145,6 @@ def test_an_old_report_stays_when_the_new_one_fails(monkeypatch, tmp_path):
 def test_a_map_of_another_robot_is_refused(tmp_path):
     grid = rs.Grid(x=rs.Axis(-0.01, 0.01, 2), y=rs.Axis(-0.01, 0.01, 2))
     rs.stiffness_map(rs.load("3-rpr"), grid).to_netcdf("map.nc", engine="h5netcdf")
-    outcome = run("hexapod", "--map", "map.nc", "-o", "x.html")
-    assert outcome.exit_code == 2
+    outcome = run.done("hexapod", "--map", "map.nc", "-o", "x.html", status=2)
     assert "robot of the map: got '3-rpr'" in outcome.stderr
     assert not (tmp_path / "x.html").exists()

@@ -157,12 +157,6 @@ def test_kernels_take_couplings():
         assert apart(K[i], network_stiffness(robot, poses, i)[0]) < 1e-11
 
 
-def test_two_motors_without_names_are_refused():
-    motors = tuple(replace(own, name="") for own in MOTORS)
-    with pytest.raises(rs.InputError, match="'coupling of a and b', expected each name once"):
-        arm(motors, *CASES["two motors"][1:])
-
-
 def test_couplings_have_no_order(tmp_path):
     """The second sum is an angle; it keeps a joint that turns where the third takes the slide."""
     elements = (

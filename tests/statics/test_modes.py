@@ -230,6 +230,24 @@ def test_a_free_motion_without_mass_leaves_the_others_as_they_are(mass: float):
     assert np.allclose(found.frequencies, expected, rtol=1e-9)
 
 
+@pytest.mark.parametrize("k", [1e8, 1e13])
+def test_slow_vibrations_beside_fast_ones_and_a_free_motion_are_no_free_motions(k: float):
+    across = joint("across", [0.3, 0, 0], [0, 1, 0], "P", None)
+    turn = joint("turn", [0.3, 0, 0], [0, 0, 1], "R", 1e5)
+    (leg,) = slide([40.0, 1e4, k]).legs
+    slides = replace(leg, elements=(*leg.elements, across, turn))
+    heavy = {f"leg/s{i}": 1.0 for i in (1, 2, 3)} | {"platform": rs.Mass(1.0, inertia=[1, 1, 1])}
+    found = rs.modes(Snapshot("slides", (slides,), leg.end, Space.PLANAR), masses=heavy)
+    # the last two masses are one for the slow vibrations
+    slow = eigh([[1.004e4, -1e4], [-1e4, 1e4]], np.diag([1.0, 3.0]), eigvals_only=True)
+    exact = np.sqrt([0.0, *slow, 1e5, 1.5 * k]) / TURN
+    assert np.allclose(found.frequencies, exact, rtol=2e-4, atol=0)
+    assert abs(found[0].twist[1]) > 0.5
+    shapes = found.shapes()  # of one kinetic energy each, and of none together
+    moved = np.column_stack([np.cumsum(shapes[:, :3], axis=1), shapes[:, -3:]])
+    assert np.allclose(moved @ moved.T, np.eye(5), atol=1e-9)
+
+
 def test_modes_of_many_poses_are_those_of_each():
     robot = rs.load("gough-stewart-b")
     poses = [[0, 0, 0.8, 0, 0, 0], [0, 0, 0.7, 0.1, 0, 0], [0.1, 0, 0.9, 0, 0, 0.1]]

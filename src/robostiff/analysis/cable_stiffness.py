@@ -120,6 +120,14 @@ class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
             return None
         return scaled_inverse(self.K, self.placed.characteristic_length)
 
+    @cached_property
+    def compliances(self) -> np.ndarray:
+        """Compliance of all poses (..., n, n); NaN where K is missing, singular or unstable."""
+        C, unstable = np.full_like(self.matrix, np.nan), self.status_codes & int(Status.UNSTABLE)
+        rows = self.answered & (self.rank == self.space.size) & (unstable == 0)
+        C[rows] = scaled_inverse(self.matrix[rows], self.characteristic_length[rows])
+        return C
+
     def required_compliance(self) -> np.ndarray:
         """Compliance matrix, or an exception that says why there is none."""
         C = self.compliance
@@ -238,9 +246,12 @@ def cable_stiffness(
     chosen = cable_tensions(robot, pose, wrench, tensions=tensions)
     lengths = chosen.placed.lengths
     axial = axial_stiffness(robot, lengths, chosen.values)
+    lost = chosen.feasible & np.isnan(axial).any(axis=-1)
+    codes = np.asarray(chosen.status_codes | lost * np.uint16(Status.INFEASIBLE))
+    chosen = replace(chosen, status_codes=codes)
     result = CableStiffness(
         **{own.name: getattr(chosen, own.name) for own in fields(CableAnswer)},
-        tensions=chosen.values,
+        tensions=np.where(lost[..., None], 0.0, chosen.values),
         axial=np.where(chosen.feasible[..., None], axial, 0.0),
         load_point=chosen.placed.reference_point,
         held_rank=np.full(chosen.batch_shape, -1),

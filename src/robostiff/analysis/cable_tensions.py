@@ -58,6 +58,8 @@ class CableAnswer(StatusOfPoses):
             return self.status.advice
         excess = _problem(self.placed, self.wrench, self.limits).excess(0)
         lack = f"tensions that balance weight and wrench are {excess:.4g} N or more beyond limits"
+        if not excess:
+            lack = "under its tension a winch deflects by more than the length of its cable"
         if np.isinf(excess):
             lack = "weight and wrench have a part that no tensions balance, whatever their limits"
         return lack, *self.status.advice

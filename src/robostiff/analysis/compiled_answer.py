@@ -28,6 +28,12 @@ _CLEARLY = 10.0
 _ROUNDED = 1e-2
 # Part of the largest diagonal entry of K below which rounding shows in the others of its row.
 _SMALL = 1e-8
+# What flags say of a pose that has an answer.
+_SAID = {
+    Flag.BEYOND_LIMITS: np.uint16(Status.BEYOND_LIMITS),
+    Flag.UNTENSIONED: np.uint16(Status.UNTENSIONED),
+    Flag.UNBALANCED: np.uint16(Status.UNBALANCED),
+}
 
 
 @frozen
@@ -77,9 +83,9 @@ class CompiledAnswer(StatusOfPoses, PoseBatch):
         """Part of the poses that were recomputed."""
         return float(np.mean(self.guarded)) if self.guarded.size else 0.0
 
-    def put_out_of_reach(self, rows: np.ndarray) -> None:
-        """Say of some poses that they are out of reach, in place."""
-        self.status_codes[rows], self.rank[rows] = int(Status.UNREACHABLE), -1
+    def put_out_of_reach(self, rows: np.ndarray, status: Status = Status.UNREACHABLE) -> None:
+        """Say of some poses that they are out of reach, or have no tensions, in place."""
+        self.status_codes[rows], self.rank[rows] = int(status), -1
         self.guarded[rows] = False
         for own in self.values.values():
             own[rows] = np.nan
@@ -166,13 +172,14 @@ def answer_of_results(
     rank = np.full(len(flags), general.rank, dtype=np.int8)
     closed = closes(kernel, results)
     guarded = given.loose | ~closed if general.verified else np.ones(len(flags), dtype=bool)
-    lost, meet = given.missed, None
+    lost, meet, slack = given.missed, None, None
     if not flags.max(initial=0.0) <= 0:
         codes = flags.astype(np.uint8)
         at = {flag: (codes & np.uint8(flag)) != 0 for flag in Flag}
-        status[at[Flag.BEYOND_LIMITS]] |= np.uint16(Status.BEYOND_LIMITS)
+        for flag, own in _SAID.items():
+            status[at[flag]] |= own
         guarded |= at[Flag.DOUBTFUL]
-        lost = lost | (closed & at[Flag.OUT_OF_REACH])
+        lost, slack = lost | (closed & at[Flag.OUT_OF_REACH]), at[Flag.INFEASIBLE]
         meet = at[Flag.MEETING] & ~lost
         where = np.flatnonzero(~guarded & at[Flag.RANK_DOUBTFUL])
         guarded[where] = True
@@ -184,6 +191,8 @@ def answer_of_results(
             status[where] = (status[where] & ~free) | (rank[where] < kernel.space.size) * free
     answer = CompiledAnswer(dict(values), status, rank, guarded)
     answer.put_out_of_reach(lost)
+    if slack is not None and general.verified:
+        answer.put_out_of_reach(slack, Status.INFEASIBLE)
     if meet is not None and meet.any():  # eigenvalues have no derivatives where two of them meet
         status[meet] |= np.uint16(Status.ILL_CONDITIONED)
         for output in kernel.outputs:

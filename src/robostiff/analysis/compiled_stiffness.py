@@ -25,7 +25,7 @@ from robostiff.analysis.kernel_inputs import (
     checked_outputs,
     recordable,
 )
-from robostiff.analysis.questions import Question, function_for
+from robostiff.analysis.questions import function_for
 from robostiff.analysis.record_file import RecordFile
 from robostiff.analysis.result import Stiffness
 from robostiff.compiled import (
@@ -53,6 +53,7 @@ from robostiff.version import __version__
 if TYPE_CHECKING:
     from robostiff.linkage import Linkage
     from robostiff.model import Robot
+    from robostiff.model.cable import CableRobot
 
 _PARTS = 6
 _WAYS = 1024  # to so many poses at once are looked at
@@ -190,7 +191,7 @@ class CompiledStiffness(AtGeneralPoses):
         InputError
             When the poses or the parameters do not fit the robot, or an array the output.
         """
-        kernel, inputs, values, question, is_one = self._request(pose, parameters)
+        kernel, inputs, values, direct, is_one = self._request(pose, parameters)
         if is_one:
             out = {name: np.asarray(array)[None] for name, array in out.items()}
         shapes = {own.name: own.shape(kernel.space) for own in kernel.outputs}
@@ -203,7 +204,7 @@ class CompiledStiffness(AtGeneralPoses):
         self._find_lost(kernel, answer, inputs.rows)
         for subject, rows in values.groups(answer.guarded) if again else ():
             try:
-                result = Stiffness.of(question(subject, rows))
+                result = direct(subject, rows)
             except OpenAtHomeError:  # parameters of no robot: its legs reach no pose from home
                 answer.put_out_of_reach(rows)
             else:
@@ -254,8 +255,8 @@ class CompiledStiffness(AtGeneralPoses):
     def source(self, language: SourceLanguage, name: str = "stiffness") -> str:
         """The kernel as a function of C99 or CUDA, which needs nothing of this package.
 
-        It answers as `kernel` does: what it computes at poses of ``flags`` above 1 is not to be
-        used, and poses that Newton steps do not reach at once have the flag 4.
+        It answers as `kernel` does: what it computes at poses of ``flags & 62`` is not to be used,
+        and poses that Newton steps do not reach at once have the flag 4.
 
         Raises
         ------
@@ -281,8 +282,8 @@ class CompiledStiffness(AtGeneralPoses):
 
     def _request(
         self, pose: Any, parameters: Mapping[str, ArrayLike] | np.ndarray | None
-    ) -> tuple[Kernel, InputRows, ParameterValues[Any], Callable[..., Question], bool]:
-        """The kernel for such poses, its inputs, values of parameters, and the direct question.
+    ) -> tuple[Kernel, InputRows, ParameterValues[Any], Callable[..., Stiffness], bool]:
+        """The kernel for such poses, its inputs, values of parameters, and the direct form.
 
         Last, whether it is one pose that was given without an axis of poses.
         """
@@ -306,10 +307,10 @@ class CompiledStiffness(AtGeneralPoses):
         given = np.atleast_2d(numbers)
         values: ParameterValues[Any] = ParameterValues.of(self.subject, parameters, len(given))
 
-        def question(subject: Any, rows: np.ndarray) -> Question:
-            return taken.question(subject, pose, given[rows])
+        def direct(subject: Any, rows: np.ndarray) -> Stiffness:
+            return taken.direct(subject, pose, given[rows])
 
-        return kernel, taken.rows(pose, given, values), values, question, numbers.ndim == 1
+        return kernel, taken.rows(pose, given, values), values, direct, numbers.ndim == 1
 
 
 def _put_direct(
@@ -340,14 +341,14 @@ def _put_direct(
 
 
 def compile_stiffness(
-    robot: Robot | Linkage,
+    robot: Robot | Linkage | CableRobot,
     outputs: Sequence[Output] = (StiffnessMatrix(),),
     *,
     parameters: Sequence[str] = (),
     joints: Sequence[str] | None = None,
     backend: Backend = Backend.BEST,
 ) -> CompiledStiffness:
-    """Record the stiffness of a robot or linkage once, for evaluation at millions of poses.
+    """Record the stiffness of a machine once, for evaluation at millions of poses.
 
     Closure, frames, elimination of the passive joints and the sum over the legs become a list of
     several hundred to two thousand operations without branches, which is compiled to SIMD machine
@@ -356,12 +357,13 @@ def compile_stiffness(
 
     Parameters
     ----------
-    robot : Robot or Linkage
+    robot : Robot, Linkage or CableRobot
         Symbols that are no parameters take their nominal values.
     outputs : sequence of Output
         ``StiffnessMatrix()``, ``ComplianceMatrix()``, ``DeflectionUnder(wrench)``,
         ``PrincipalStiffness()``, ``WorstDeflection()``, ``DisplacementUnder(wrench)``,
-        ``EntryOf(output, place)``, ``Derivative(output, "x")``, ``Gradient(output, names)``.
+        ``EntryOf(output, place)``, ``Derivative(output, "x")``, ``Gradient(output, names)``; of a
+        cable robot ``TensionsOf(names)``, and nothing under a wrench.
     parameters : sequence of str
         Names of symbols that remain inputs, to be given with the poses. Working modes are those of
         the nominal values.

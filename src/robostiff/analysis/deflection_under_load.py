@@ -275,10 +275,6 @@ class Deflection(StatusOfPoses, InNotebooks):
     def __len__(self) -> int:
         return len(self.wrench) if self.batch_shape else 1
 
-    def __iter__(self) -> Iterator[Deflection]:
-        """One pose after the other, or one row of a larger batch."""
-        return (self[i] for i in range(len(self)))
-
     def __getitem__(self, index: Any) -> Deflection:
         """The deflection at one pose, or at some poses."""
         return Deflection(self.wrench[index], self.stiffness[index])

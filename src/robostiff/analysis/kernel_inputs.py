@@ -5,13 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from functools import singledispatch
-from typing import Any, Generic, Self
+from typing import Any, Generic, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.analysis.compiled_answer import InputRows, RecordedRanks
 from robostiff.analysis.questions import CHUNK, PosesOfRobot, Question
+from robostiff.analysis.result import Stiffness
 from robostiff.compiled import Kernel, Output
 from robostiff.elastostatics import DEFAULT_TOLERANCE, Status, Tolerance
 from robostiff.errors import InputError, OpenAtHomeError, Words
@@ -25,6 +26,7 @@ from robostiff.kinematics import (
 )
 from robostiff.kinematics.pose import Given, check_held_sums, coordinate_units, joint_units
 from robostiff.model import ALL_COORDINATES, Robot
+from robostiff.model.cable import CableRobot
 from robostiff.model.entries import OfSymbols
 from robostiff.spatial import as_floats, check_order
 from robostiff.spatial.rotation import is_rigid_transform
@@ -172,11 +174,15 @@ class Recordable(ABC):
     def rows(self, pose: Any, given: np.ndarray, values: ParameterValues[Any]) -> InputRows:
         """Rows of inputs, and the poses that are known to be out of reach."""
 
-    @abstractmethod
     def question(
         self, machine: Any, pose: Any, given: np.ndarray, tolerance: Tolerance = DEFAULT_TOLERANCE
     ) -> Question:
         """What is asked of a machine of numbers at some coordinates of the kind of `pose`."""
+        raise NotImplementedError
+
+    def direct(self, machine: Any, pose: Any, given: np.ndarray) -> Any:
+        """The stiffness of a machine of numbers there, by the direct form."""
+        return Stiffness.of(self.question(machine, pose, given))
 
     @abstractmethod
     def samples(self, seed: int, nearer: int) -> tuple[Any, dict[str, np.ndarray]]:
@@ -224,37 +230,15 @@ class KernelInputs(Recordable):
 
     def numbers_of(self, pose: Pose) -> np.ndarray:
         """The numbers of poses (N, n), or of one pose (n,)."""
-        subject = f"poses of {self.subject.name!r}"
+        robot, chain = self.subject, self.subject.legs[0].chain
         # A chain without joints has no coordinates, (N, 0).
-        takes_joints = self.joints > 0 or not self.subject.legs[0].chain.size
-        by_joints = isinstance(pose, JointCoordinates) and self.subject.is_serial and takes_joints
-        names = [coordinate.value for coordinate in self.subject.coordinates]
-        if by_joints:
-            expected = f"joint coordinates (N, {self.joints}), one pose a row"
-        elif names:
-            expected = f"an array (N, {len(names)}): {' '.join(names)}, one pose a row"
-        elif self._needs_joints:
-            expected = f"JointCoordinates of an array (N, {self.joints})"
-        else:
-            expected = "an array (N, 0): a structure has one pose"
-        kinds = {**_BY_DRIVES, JointCoordinates: "joint coordinates", type(None): "none"}
-        got = "a rigid transform" if is_rigid_transform(pose) else kinds.get(type(pose))
-        if got and not by_joints:
-            hint = _FOUND if type(pose) in _BY_DRIVES else _OTHERWISE
-            raise InputError(subject, got=Words(got), expected=expected, hint=hint)
-        numbers: Any = pose.values if isinstance(pose, JointCoordinates) else pose
-        order, units, count = names, coordinate_units(self.subject), len(names)
-        if by_joints:
-            chain = self.subject.legs[0].chain
-            order, units, count = chain.coordinate_names, joint_units(chain), self.joints
-        check_order(subject, numbers, order)
-        given = as_floats(subject, numbers, expected, units, copy=False)
-        fits = given.ndim in (1, 2) and given.shape[-1] == count
-        if not fits or (count == 0 and self._needs_joints):
-            got = Words(f"shape {given.shape}")
-            raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
-        if by_joints:
-            check_held_sums(self.subject, given)
+        takes_joints = self.joints > 0 or not chain.size
+        if not (isinstance(pose, JointCoordinates) and robot.is_serial and takes_joints):
+            return numbers_of_poses(robot, pose, self.joints if self._needs_joints else 0)
+        expected = f"joint coordinates (N, {self.joints}), one pose a row"
+        order, units = chain.coordinate_names, joint_units(chain)
+        given = _rows(f"poses of {robot.name!r}", pose.values, expected, order, units, self.joints)
+        check_held_sums(robot, given)
         return given
 
     def rows(self, pose: Pose, given: np.ndarray, values: ParameterValues[Robot]) -> InputRows:
@@ -290,6 +274,39 @@ class KernelInputs(Recordable):
         return self.subject.is_posed_by_joints and self.subject.legs[0].chain.size > 0
 
 
+def numbers_of_poses(robot: Robot | CableRobot, pose: Pose, joints: int = 0) -> np.ndarray:
+    """Free coordinates of poses (N, n), or of one pose (n,); not copied where they are floats.
+
+    An `InputError` says what else is expected: of a robot without free coordinates those of its
+    `joints`, where it has any.
+    """
+    names = [coordinate.value for coordinate in robot.coordinates]
+    expected = f"an array (N, {len(names)}): {' '.join(names)}, one pose a row"
+    if not names:
+        expected = "an array (N, 0): a structure has one pose"
+        expected = f"JointCoordinates of an array (N, {joints})" if joints else expected
+    subject = f"poses of {robot.name!r}"
+    kinds = {**_BY_DRIVES, JointCoordinates: "joint coordinates", type(None): "none"}
+    got = "a rigid transform" if is_rigid_transform(pose) else kinds.get(type(pose))
+    if got:
+        hint = _FOUND if type(pose) in _BY_DRIVES else _OTHERWISE
+        raise InputError(subject, got=Words(got), expected=expected, hint=hint)
+    count = len(names) or (-1 if joints else 0)
+    units = coordinate_units(cast("Robot", robot))
+    return _rows(subject, pose, expected, names, units, count)
+
+
+def _rows(
+    subject: str, numbers: Any, expected: str, order: Sequence[str], units: Any, count: int
+) -> np.ndarray:
+    check_order(subject, numbers, order)
+    given = as_floats(subject, numbers, expected, units, copy=False)
+    if given.ndim not in (1, 2) or given.shape[-1] != count:
+        got = Words(f"shape {given.shape}")
+        raise InputError(subject, got=got, expected=expected, hint=_OTHERWISE)
+    return given
+
+
 @singledispatch
 def recordable(machine: Any, parameters: Sequence[str], joints: Sequence[str] | None) -> Recordable:
     """A machine as it is recorded, with symbols for some parameters, driven by some joints."""
@@ -297,8 +314,7 @@ def recordable(machine: Any, parameters: Sequence[str], joints: Sequence[str] | 
     raise InputError(
         "robot to compile",
         got=type(machine).__name__,
-        expected="a Robot or a Linkage; a snapshot or network has one pose, and which cables pull "
-        "differs from pose to pose",
+        expected="a Robot, a Linkage or a CableRobot; a snapshot or network has one pose",
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import combinations, combinations_with_replacement
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from robostiff.compiled import (
     Output,
     PrincipalStiffness,
     StiffnessMatrix,
+    TensionsOf,
     WorstDeflection,
     machine_code_is_available,
 )
@@ -173,7 +174,7 @@ def stiffness_where_answered(result: Stiffness | CableStiffness) -> np.ndarray:
     return K if np.all(where) else np.where(where[:, None, None], K, np.nan)
 
 
-def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray]:
+def values_of(output: Output, result: Stiffness | CableStiffness) -> tuple[np.ndarray, np.ndarray]:
     """Values (N, ...) of an output, and status (N,) of its own.
 
     Not a number where there are none, which the status explains: what a record alone has is
@@ -188,7 +189,7 @@ def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray
         case DeflectionUnder() | DisplacementUnder():
             wrench = np.array(output.wrench)
             F = np.broadcast_to(wrench, (*result.batch_shape, len(wrench)))
-            bent = Deflection(F, result)
+            bent = Deflection(F, cast("Stiffness", result))  # cables have no such output
             values, of_load = bent.twist.filled(np.nan), bent.status_codes
             if isinstance(output, DisplacementUnder):
                 values = np.linalg.norm(values[:, : result.space.translations], axis=-1)
@@ -198,7 +199,12 @@ def values_of(output: Output, result: Stiffness) -> tuple[np.ndarray, np.ndarray
         case WorstDeflection():
             values = worst_deflection(result.compliances)
         case PrincipalStiffness():
-            values = principal_stiffnesses(stiffness_where_answered(result))
+            definite = isinstance(result, Stiffness)  # K of cables may be indefinite
+            values = principal_stiffnesses(stiffness_where_answered(result), definite=definite)
+        case TensionsOf():
+            cables = cast("CableStiffness", result)
+            chosen = [cables.cable_names.index(name) for name in output.names]
+            values = np.where(result.answered[:, None], cables.tensions[:, chosen], np.nan)
         case _:
             values = np.full((*result.batch_shape, *output.shape(result.space)), np.nan)
             of_load[result.answered] = int(Status.ILL_CONDITIONED)

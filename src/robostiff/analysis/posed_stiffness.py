@@ -205,14 +205,18 @@ def stiffness_by_record(
 ) -> Stiffness:
     """As `stiffness`, of machines without cables."""
     plain = method is DEFAULT_METHOD and tolerance is DEFAULT_TOLERANCE and near is None
-    if plain and type(machine) is Robot:
-        one = recorded_at_one(machine, pose)
-        if one is not None:
-            return Stiffness(one, one.rows).about(at)
+    plain = plain and type(machine) is Robot
+    one = recorded_at_one(machine, pose) if plain else None
+    if one is not None:
+        return Stiffness(one, one.rows).about(at)
     question = asked_question(machine, pose, method, near, tolerance)
     given = question.recordable()
     if given is not None:  # and where it pays
-        recorded = record_of(given[0]).for_poses(question.rows.size, question.pays)
+        record = record_of(given[0])
+        is_new, count = record.compiled is None, question.rows.size
+        recorded = record.for_poses(count, question.pays)
+        if plain and is_new and recorded is not None and count == 1:
+            return stiffness_by_record(machine, pose, at, near, tolerance, method)
         if recorded is not None:
             question.recorded = recorded.evaluate(given[1]).reshaped(question.rows.shape)
     return Stiffness.of(question, at)

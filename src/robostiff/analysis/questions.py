@@ -414,7 +414,7 @@ def function_for(function: Any, machine: Any) -> Callable[..., Any]:
     """
     found = function.dispatch(type(machine))
     if found is function.dispatch(object):
-        for module in ("linkage_stiffness", "cable_stiffness"):
+        for module in ("linkage_stiffness", "cable_kernels"):
             import_module(f"robostiff.analysis.{module}")
         found = function.dispatch(type(machine))
     return found

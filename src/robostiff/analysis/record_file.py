@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import marshal
 import os
 import stat
 import sys
@@ -36,6 +37,7 @@ from robostiff.compiled import (
     Kernel,
     PrincipalStiffness,
     StiffnessMatrix,
+    TensionsOf,
     TotalMass,
     WorstDeflection,
 )
@@ -150,7 +152,7 @@ _KINDS: dict[str, Any] = {
     for kind in (
         *(Program, Kernel, ArrayCode, ClosedCode, StepCodes, AtGeneralPoses, RecordedRanks),
         *(StiffnessMatrix, ComplianceMatrix, DeflectionUnder, PrincipalStiffness, WorstDeflection),
-        *(DisplacementUnder, EntryOf, TotalMass, Derivative, Gradient, Space, Status),
+        *(DisplacementUnder, EntryOf, TensionsOf, TotalMass, Derivative, Gradient, Space, Status),
     )
 }
 
@@ -207,7 +209,7 @@ class RecordFile:
         if folder is None or not all(map(_is_ours, given)):
             return None
         about = [plain(subject), plain(list(given)), _sources()]
-        name = hashlib.sha256(json.dumps(about).encode()).hexdigest()
+        name = hashlib.sha256(marshal.dumps(about, 0)).hexdigest()  # a third of the time of JSON
         return cls(folder / f"{name}.record")
 
     def read(self) -> tuple[Any, ...] | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from robostiff.analytic.budget import (
 )
 from robostiff.analytic.calculus import compliance_formula
 from robostiff.analytic.chain import Closed, Steps, derive_chain
-from robostiff.analytic.derivation import Derivation
+from robostiff.analytic.derivation import Derivation, LegDerivation
 from robostiff.analytic.exact.definition import NamedSteps, Unwritten, count_of, used_definitions
 from robostiff.analytic.placement.agreement import numbers_of
 from robostiff.analytic.placement.conditions import conditions_of
@@ -33,6 +34,7 @@ from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Robot
+from robostiff.recorded import RecordedRobot
 from robostiff.recorded.elimination import LocalLeg, LocalSpring, WorkingFrame, energy_of, local_leg
 from robostiff.recorded.leg import at_samples
 from robostiff.spatial import Space
@@ -150,7 +152,7 @@ class LegGeometry:
         return C
 
 
-def passive_freedoms(leg: PlacedLeg) -> tuple[str, ...]:
+def _passive_freedoms(leg: PlacedLeg) -> tuple[str, ...]:
     """Names of the passive freedoms of a leg, those of its springs and blocks included.
 
     Blocks after the first add one for what they leave free together with it.
@@ -165,17 +167,41 @@ def passive_freedoms(leg: PlacedLeg) -> tuple[str, ...]:
             names += [f"{element.name}.free[{i}]" for i in range(count)]
     for block in leg.blocks:
         for branch in block.branches:
-            names += passive_freedoms(branch)
+            names += _passive_freedoms(branch)
     return (*names, *(f"{block.name}.free" for block in leg.blocks[1:]))
 
 
-def elastic_parts(leg: PlacedLeg) -> tuple[str, ...]:
+def _elastic_parts(leg: PlacedLeg) -> tuple[str, ...]:
     """Names of the springs and of the drives with a stiffness."""
     return tuple(
         part.name
         for part in leg.parts
         if isinstance(part, PlacedSpring) or part.stiffness is not None
     )
+
+
+def bare_leg(placed: PlacedLeg, redundant: Sequence[bool] = ()) -> LegDerivation:
+    """A leg by its passive freedoms, those that are redundant, and its elastic parts."""
+    joints = _passive_freedoms(placed)
+    lost = tuple(
+        joint
+        for joint, is_lost in zip(joints, redundant or [False] * len(joints), strict=True)
+        if is_lost
+    )
+    return LegDerivation(placed.name, joints, lost, _elastic_parts(placed))
+
+
+def bare_legs(placed: PlacedRobot, recorded: RecordedRobot) -> list[LegDerivation]:
+    """Each leg; of legs on a flexible platform one, together with its parts."""
+    legs = [placed_leg.leg for placed_leg in placed.legs]
+    if placed.robot.platform is None:
+        return [bare_leg(leg, x.redundant) for leg, x in zip(legs, recorded.legs, strict=True)]
+    joints = tuple(f"{leg.name}/{joint}" for leg in legs for joint in _passive_freedoms(leg))
+    redundant = recorded.legs[0].redundant
+    lost = tuple(joint for joint, is_lost in zip(joints, redundant, strict=True) if is_lost)
+    elastic = [f"{leg.name}/{part}" for leg in legs for part in _elastic_parts(leg)]
+    elastic += [f"platform/{part.name}" for part in placed.robot.platform.parts]
+    return [LegDerivation("all legs, on the flexible platform", joints, lost, tuple(elastic))]
 
 
 _WRITTEN_OUT = 3  # coupled directions of a compliance whose inverse is written out
@@ -336,7 +362,7 @@ def _derivation(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegEl
     placed, local, leg = geometry.placed, geometry.local, geometry.own
     rows = placed.entries.space.rows
     found = geometry.compliance(read)
-    twists = zip(passive_freedoms(leg), local.twists, strict=True)
+    twists = zip(_passive_freedoms(leg), local.twists, strict=True)
     joints = dict(
         sorted(
             ((name, [read(twist[i]) for i in rows]) for name, twist in twists),
@@ -369,7 +395,7 @@ def _derivation(geometry: LegGeometry, read: Any, form: Closed | Steps) -> LegEl
         definitions=(*used, *chain.definitions),
         leg=f"{leg.name} of {placed.robot.name}",
         where=placed.where,
-        elastic=elastic_parts(leg),
+        elastic=_elastic_parts(leg),
         C=C,
         axes=axes,
         arm=arm,

@@ -93,6 +93,8 @@ def rank_locus(derivation: RobotDerivation, rank: int) -> Locus:
         return {}, ""
     if any(not leg.joints and len(leg.wrenches) == n for leg in form.legs):
         return {}, "a leg without passive joints holds it in all directions" * (form is derivation)
+    if not any(leg.wrenches for leg in form.legs):
+        return {}, "where it drops is not searched: it is where that of a module does"
     minors = math.comb(sum(len(leg.wrenches) for leg in form.legs), rank)
     minors *= math.comb(n, rank)
     if minors > _MOST_MINORS:

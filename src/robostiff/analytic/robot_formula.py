@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from itertools import chain
 from typing import Any
 
@@ -32,7 +32,8 @@ from robostiff.analytic.exact.definition import (
     used_definitions,
 )
 from robostiff.analytic.exact.element import OutsideFieldError
-from robostiff.analytic.legs import elastic_parts, passive_freedoms
+from robostiff.analytic.legs import bare_leg, bare_legs
+from robostiff.analytic.modules import machine_formula
 from robostiff.analytic.placement.agreement import (
     AGREED,
     Image,
@@ -60,10 +61,10 @@ from robostiff.analytic.vectors.forms import VectorForm
 from robostiff.analytic.vectors.vector_form import vector_form
 from robostiff.errors import InputError, Words
 from robostiff.kept import kept
-from robostiff.model import CoupledFreedom, PlacedLeg, Robot, Snapshot, with_entries
+from robostiff.model import CoupledFreedom, Robot, Snapshot, with_entries
 from robostiff.model.entries import formulas
 from robostiff.record import Entry, Record, is_zero
-from robostiff.recorded import LegRecorder, RecordedRobot, entry_reader
+from robostiff.recorded import LegRecorder, entry_reader
 from robostiff.spatial import exact_number
 
 _POSES = {"home": "AtHome()", "symbolic": "AtSymbols()", "joints": "AtJoints()"}  # by words
@@ -77,6 +78,7 @@ def derive_robot(
     pose: PoseFormula | None = None,
     form: Closed | Steps | None = None,
     budget: float | None = BUDGET,
+    known: Sequence[Definition] = (),
 ) -> RobotDerivation:
     """Stiffness matrix of a robot as a formula of its symbols and of its pose.
 
@@ -100,6 +102,8 @@ def derive_robot(
     budget : float or None
         Seconds of computing for a closed form; None for no limit. When it does not end in time,
         the answer is in steps, and its `remark` says so; with `Closed()` it is an error.
+    known : sequence of Definition
+        Names of lengths and the like that it takes over, as a module does those of others.
 
     Raises
     ------
@@ -150,7 +154,7 @@ def derive_robot(
         return form is None and bool(placed.symbols) and is_arm(placed, links=2)
 
     def recorded() -> PlacedRobot:
-        placed = place_robot(robot, pose)
+        placed = place_robot(robot, pose).knowing(known)
         if placed.given is not None:  # before anything is closed that does not reach
             numbers_of(placed)
         if not (is_home and placed.symbols) or isinstance(form, Steps) or in_series(placed):
@@ -158,6 +162,11 @@ def derive_robot(
         return placed
 
     placed = within(enough, recorded, "record of a formula")
+    if form is None and isinstance(pose, AtHome) and robot.legs[0].chain.has_blocks:
+        derive = partial(derive_robot, budget=budget)
+        machine = within(enough, lambda: machine_formula(placed, derive), "formula of modules")
+        if machine is not None:
+            return machine
     if isinstance(form, Closed):
         limit = form.limit
         return within(budget, lambda: _readable(placed, limit, is_home=is_home, closed=True))
@@ -215,7 +224,7 @@ def _by_springs(placed: PlacedRobot) -> RobotDerivation | None:
     named: list[LegDerivation] = []
     for i, leg in enumerate(placed.entries.legs):
         first, way = turned.get(i, (i, None))
-        bare = _bare_leg(placed.place(first).leg, of_legs[first].redundant)
+        bare = bare_leg(placed.place(first).leg, of_legs[first].redundant)
         w, c = found.leg(first, way)
         named.append(replace(bare, name=leg.name, wrenches=w, compliances=c))
     in_names = InNames(found.K, tuple(named), found.definitions)
@@ -289,7 +298,7 @@ def _in_steps(placed: PlacedRobot, remark: str, *, steps_asked: bool) -> RobotDe
     K = sp.ImmutableMatrix(n, n, lambda i, j: reading(upper[min(i, j), max(i, j)]))
     legs = []
     named: set[Any] = set()
-    for leg, own in zip(_bare_legs(placed, recorded), pairs, strict=True):
+    for leg, own in zip(bare_legs(placed, recorded), pairs, strict=True):
         w = tuple(sp.ImmutableMatrix([reading(x) for x in w]) for w, _ in own)
         c = tuple(reading(mu) for _, mu in own)
         used = used_definitions(reading.definitions, [*(x for v in w for x in v.flat()), *c])
@@ -308,7 +317,7 @@ def _closed_form(placed: PlacedRobot, limit: int, of_all: float) -> RobotDerivat
         raise FormulaTooLargeError.beyond(limit)
     read = ClosedReading(placed.record, placed.written_out)
     found = closed_sum(_in_formulas(recorded.legs, read), recorded.space.size, limit, of_all)
-    bare = _bare_legs(placed, recorded)
+    bare = bare_legs(placed, recorded)
     each = zip(bare, found.wrenches, found.compliances, found.legs, strict=True)
     legs = [replace(leg, wrenches=w, compliances=c, K=K) for leg, w, c, K in each]
     return _derivation(placed, found.K, legs)
@@ -387,26 +396,6 @@ def _derivation(
         general_rank=max(int(result.rank) for _, result, _ in numbers.places),
         steps_asked=steps_asked,
     )
-
-
-def _bare_leg(placed: PlacedLeg, redundant: Sequence[bool]) -> LegDerivation:
-    """A leg by its passive freedoms, those that are redundant, and its elastic parts."""
-    joints = passive_freedoms(placed)
-    lost = tuple(joint for joint, is_lost in zip(joints, redundant, strict=True) if is_lost)
-    return LegDerivation(placed.name, joints, lost, elastic_parts(placed))
-
-
-def _bare_legs(placed: PlacedRobot, recorded: RecordedRobot) -> list[LegDerivation]:
-    """Each leg; of legs on a flexible platform one, together with its parts."""
-    legs = [placed_leg.leg for placed_leg in placed.legs]
-    if placed.robot.platform is None:
-        return [_bare_leg(leg, x.redundant) for leg, x in zip(legs, recorded.legs, strict=True)]
-    joints = tuple(f"{leg.name}/{joint}" for leg in legs for joint in passive_freedoms(leg))
-    redundant = recorded.legs[0].redundant
-    lost = tuple(joint for joint, is_lost in zip(joints, redundant, strict=True) if is_lost)
-    elastic = [f"{leg.name}/{part}" for leg in legs for part in elastic_parts(leg)]
-    elastic += [f"platform/{part.name}" for part in placed.robot.platform.parts]
-    return [LegDerivation("all legs, on the flexible platform", joints, lost, tuple(elastic))]
 
 
 _LIMIT = 1_000_000  # terms that an entry may have on the way

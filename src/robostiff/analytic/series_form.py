@@ -7,6 +7,7 @@ joint coordinates, or by the axes of their joints where the pose gives these.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -22,7 +23,7 @@ from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.reading.rewriting import shortest_trigonometry
 from robostiff.analytic.springs.unit_wrenches import WrenchSearch
 from robostiff.analytic.substitution import Substitution, at_values
-from robostiff.analytic.vectors.forms import InSeries, LegTable, VectorForm
+from robostiff.analytic.vectors.forms import InSeries, LegTable, VectorForm, inner_level
 from robostiff.analytic.vectors.vector_expressions import (
     Coordinates,
     Cross,
@@ -61,7 +62,7 @@ def series_form(placed: PlacedRobot) -> VectorForm | None:
             geometry = LegGeometry.of(placed.legs[0].leg, placed)
             if geometry.elastic_directions < placed.entries.space.size:
                 return None
-            return _in_entries(geometry) or _in_vectors(placed)
+            return _in_entries(geometry) or arm_in_vectors(placed)
         return _legs(placed)
     except (UnusualPartError, FormulaTooLargeError):
         return None
@@ -93,21 +94,27 @@ def _in_entries(geometry: LegGeometry) -> InSeries | None:
     return InSeries(definitions, placed.entries.space, C=C, axes=axes, arm=arm)
 
 
-def _in_vectors(placed: PlacedRobot) -> VectorForm | None:
-    """The whole arm by its rotations, points and twists."""
+def arm_in_vectors(
+    placed: PlacedRobot, robots: Mapping[str, Any] | None = None
+) -> VectorForm | None:
+    """The whole arm by its rotations, points and twists; `robots`: in a machine, by their names."""
     (leg,), (placed_leg,) = placed.entries.legs, placed.legs
-    if leg.chain.couplings or "p" in placed.symbols:
+    if leg.chain.couplings or {"p", "p_C"} & placed.symbols.keys():
         return None
     read = NamedReading(placed.record, placed.symbols, placed.springs)
-    walk = Walk(placed, read, Vector("p"))
+    p = "p_C" if robots else "p"
+    walk = Walk(placed, read, Vector(p))
+    walk.robots = robots or {}
     walk.go(leg.base.p)
     walk.turn(turns_of(leg.base.R))
-    walk.along(leg.chain.elements, iter(placed_leg.leg.springs), placed_leg.coordinate)
+    own, home = placed_leg.leg.without_blocks.springs, leg.chain.home
+    coordinate = home.__getitem__ if robots else placed_leg.coordinate
+    walk.along(leg.chain.elements, own, coordinate)
     if turns_of(leg.attachment.R):
         return None
     walk.go(-np.array(leg.attachment.p, dtype=object))
     walk.go(placed.entries.reference_point)
-    walk.equations.append(Equation("p", walk.here()))
+    walk.equations.append(Equation(p, walk.here()))
     return _form(walk, (), walk.finish(), {}, (leg.name,))
 
 
@@ -115,6 +122,8 @@ def _form(
     walk: Walk, pose: Any, equations: Any, columns: dict[str, Any], legs: tuple[str, ...]
 ) -> VectorForm:
     of_springs = [c for _, _, c in walk.drives] + [x for *_, of_beam in walk.beams for x in of_beam]
+    of_springs += [sp.Tuple(*inner_level(module).free_symbols) for *_, module in walk.modules]
+    of_springs += [e.expression for e in equations]
     return VectorForm(
         names=used_definitions(walk.read.definitions, of_springs),
         space=walk.placed.entries.space,
@@ -125,6 +134,7 @@ def _form(
         drives=tuple(walk.drives),
         beams=tuple(walk.beams),
         passive=tuple(walk.passive),
+        modules=tuple(walk.modules),
     )
 
 

@@ -207,7 +207,9 @@ def at_values(part: Any, put_in: Substitution, *, with_numbers: bool = False) ->
     """
 
     def change(x: Any) -> Any:
-        return at_values(x, put_in, with_numbers=with_numbers)
+        # A module's formula has names of its own.
+        own = Substitution(put_in.values) if hasattr(x, "is_of_legs") else put_in
+        return at_values(x, own, with_numbers=with_numbers)
 
     if isinstance(part, sp.Basic | sp.MatrixBase):
         return put_in.matrix(part) if isinstance(part, sp.MatrixBase) else put_in(part)

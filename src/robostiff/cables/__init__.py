@@ -1,5 +1,6 @@
 """Cables that only pull: tensions, their limits, and stiffness with its geometric part."""
 
+from robostiff.cables.recorded_cables import record_cables as record_cables
 from robostiff.cables.stiffness_matrix import PlacedCables as PlacedCables
 from robostiff.cables.stiffness_matrix import axial_stiffness as axial_stiffness
 from robostiff.cables.stiffness_matrix import elastic_stiffness as elastic_stiffness

@@ -7,7 +7,6 @@ from functools import cached_property
 import numpy as np
 
 from robostiff.elastostatics import Tolerance
-from robostiff.errors import InputError, Words
 from robostiff.frozen import frozen, replace
 from robostiff.kept import kept
 from robostiff.model.cable import CableRobot
@@ -147,18 +146,14 @@ def axial_stiffness(robot: CableRobot, lengths: np.ndarray, tensions: np.ndarray
 
     A cable of unstrained length l0 between winch and platform carries t = EA (l - l0)/l0. With the
     winch locked, ``l0 = (l + g - t/k_w) / (1 + t/EA)`` of present length, guide and tension. The
-    tension is then linear in the length, t = k (l - l_slack), however far the platform moves.
+    tension is then linear in the length, t = k (l - l_slack), however far the platform moves. It is
+    not a number where a winch would deflect by more than the length of its cable.
 
     Parameters
     ----------
     robot : CableRobot
     lengths, tensions : (..., m) arrays
         From exit point to attachment [m], and [N].
-
-    Raises
-    ------
-    InputError
-        When a winch would deflect by more than the length of its cable.
 
     Examples
     --------
@@ -175,16 +170,10 @@ def axial_stiffness(robot: CableRobot, lengths: np.ndarray, tensions: np.ndarray
     give = np.array([0.0 if k is None else 1.0 / k for k in winches])
     guide = np.array([cable.guide_length for cable in cables])
     unstrained = (lengths + guide - tensions * give) / (1.0 + tensions * stretch)
-    lost = np.argwhere((unstrained <= 0) & (stretch > 0) & (lengths > 0))
-    if lost.size:
-        i = int(lost[0][-1])
-        size = f"{np.max(tensions[..., i]):g} N"
-        got = Words(f"{size}, by which its winch deflects by more than the length of the cable")
-        subject = f"tension of cable {cables[i].name!r}"
-        raise InputError(subject, got=got, expected="less, or a stiffer winch")
+    lost = (unstrained <= 0) & (stretch > 0) & (lengths > 0)
     # A cable of zero length has no matrix; its stiffness must only be finite.
     compliance = np.where(unstrained > 0, unstrained, 1.0) * stretch + give
-    return 1.0 / compliance
+    return np.where(lost, np.nan, 1.0 / compliance)
 
 
 def elastic_stiffness(placed: PlacedCables, stiffness: np.ndarray) -> np.ndarray:

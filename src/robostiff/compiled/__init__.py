@@ -22,6 +22,7 @@ from robostiff.compiled.outputs import Output as Output
 from robostiff.compiled.outputs import PrincipalStiffness as PrincipalStiffness
 from robostiff.compiled.outputs import Rates as Rates
 from robostiff.compiled.outputs import StiffnessMatrix as StiffnessMatrix
+from robostiff.compiled.outputs import TensionsOf as TensionsOf
 from robostiff.compiled.outputs import TotalMass as TotalMass
 from robostiff.compiled.outputs import WorstDeflection as WorstDeflection
 from robostiff.compiled.source_code import SourceLanguage as SourceLanguage

@@ -270,11 +270,48 @@ class TotalMass(_OfTwists):
         Raises
         ------
         NoAnswerError
-            Of a linkage, whose record has no masses.
+            Of a robot whose parts have no mass, and of a linkage or cable robot, whose record has
+            no masses.
         """
-        if robot.mass is None:
-            raise NoAnswerError(f"no mass of {robot.name!r}: the record of a linkage has none")
+        if robot.mass is None or is_zero(robot.mass):
+            of = "its record has" if robot.mass is None else "its parts have"
+            raise NoAnswerError(f"no mass of {robot.name!r}: {of} none")
         return [robot.mass]
+
+
+@frozen
+class TensionsOf(_OfTwists):
+    """Tensions of cables of a cable robot [N].
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the cables.
+    """
+
+    names: tuple[str, ...]
+    name = "tensions"
+
+    def __init__(self, names: Sequence[str]) -> None:
+        object.__setattr__(self, "names", tuple(names))
+
+    def shape(self, space: Space) -> tuple[int, ...]:
+        """(cables,)."""
+        return (len(self.names),)
+
+    def entries(self, robot: RecordedRobot) -> list[Any]:
+        """The tensions.
+
+        Raises
+        ------
+        InputError
+            When the robot has no cable of such a name.
+        """
+        for name in self.names:
+            if name not in robot.tensions:
+                expected = ", ".join(robot.tensions) or "none: it has no cables"
+                raise InputError(f"cable of {robot.name!r}", got=name, expected=expected)
+        return [robot.tensions[name] for name in self.names]
 
 
 def gaps_of(output: Output | Rates, robot: RecordedRobot) -> list[Any]:

@@ -48,7 +48,9 @@ _EXPRESSIONS = {
 }
 _FLAGS = (
     "1: an actuator is beyond its limits; 2: out of reach; 4: doubtful; 8: the rank is doubtful;",
-    "16: eigenvalues meet, which have no derivatives; above 1 the answer is not to be used",
+    "16: eigenvalues meet, which have no derivatives; 32: no tensions of cables within limits;",
+    "64: a cable without tension; 128: given tensions out of balance; where any of 2, 4, 8, 16 and",
+    "32 is set the answer is not to be used",
 )
 _UNSAFE = re.compile(r"[^ -~]|[*\\?]")  # what could end a comment
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")

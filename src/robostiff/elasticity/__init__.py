@@ -14,6 +14,7 @@ from robostiff.elasticity.beam import beam_compliance as beam_compliance
 from robostiff.elasticity.beam import beam_stiffness as beam_stiffness
 from robostiff.elasticity.beam import cantilever_compliance as cantilever_compliance
 from robostiff.elasticity.beam import cantilever_stiffness as cantilever_stiffness
+from robostiff.elasticity.beam import shear_compliance as shear_compliance
 from robostiff.elasticity.beam import tapered_compliance as tapered_compliance
 from robostiff.elasticity.beam import uniform_beam as uniform_beam
 from robostiff.elasticity.material import MATERIALS as MATERIALS

@@ -20,7 +20,7 @@ from robostiff.elasticity.shapes import CrossSection
 from robostiff.errors import InputError
 from robostiff.frozen import frozen
 from robostiff.spatial import exact_number, move_compliance
-from robostiff.spatial.formula import exact_arrays, exact_together
+from robostiff.spatial.formula import exact_arrays, exact_together, is_formula
 
 _ALIKE = 1e-9  # of an entry: what a beam's compliance may miss of the formula
 # EA over k G A of a beam is 2 to 9, and some 30 of one of fibres along it; more is a taper
@@ -277,10 +277,7 @@ DEFAULT_THEORY = EulerBernoulli()
 
 
 def beam_compliance(
-    length: ArrayLike,
-    material: Material,
-    section: CrossSection,
-    theory: BeamTheory = DEFAULT_THEORY,
+    length: ArrayLike, material: Material, section: CrossSection, theory: BeamTheory | None = None
 ) -> NDArray[np.float64]:
     """Tip compliance of a beam clamped at its base, in its own axes.
 
@@ -296,7 +293,7 @@ def beam_compliance(
         Moduli E and G.
     section : CrossSection
         A, Iy, Iz, J and shear factors.
-    theory : BeamTheory
+    theory : BeamTheory, optional
         `EulerBernoulli()`, the default, or `Timoshenko()`.
 
     Returns
@@ -327,10 +324,7 @@ def beam_compliance(
 
 
 def beam_stiffness(
-    length: ArrayLike,
-    material: Material,
-    section: CrossSection,
-    theory: BeamTheory = DEFAULT_THEORY,
+    length: ArrayLike, material: Material, section: CrossSection, theory: BeamTheory | None = None
 ) -> NDArray[np.float64]:
     """Tip stiffness of a beam clamped at its base, the inverse of `beam_compliance`.
 
@@ -373,7 +367,8 @@ def _by(
         raise InputError(subject, got=section, expected="a CrossSection", hint=hint)
     L = positive_numbers("length of the beam", length, "m")
     s = section
-    numbers = (material.E, material.G, s.A, s.Iy, s.Iz, s.J, *theory.shear_factors(section))
+    factors = (theory or DEFAULT_THEORY).shear_factors(section)
+    numbers = (material.E, material.G, s.A, s.Iy, s.Iz, s.J, *factors)
     try:
         return matrix(*exact_together(L, *numbers))
     except ZeroDivisionError:  # products of floats that are below all numbers
@@ -398,10 +393,10 @@ class SlenderBeam:
 
     @classmethod
     def of(
-        cls, length: Any, material: Material, section: CrossSection, theory: BeamTheory
+        cls, length: Any, material: Material, section: CrossSection, theory: BeamTheory | None
     ) -> SlenderBeam | None:
         """That of a beam; None where shear deforms it."""
-        if not isinstance(theory, EulerBernoulli):
+        if not isinstance(theory or DEFAULT_THEORY, EulerBernoulli):
             return None
         m, s = material, section
         L, E, G, A, Iy, Iz, J = exact_together(length, m.E, m.G, s.A, s.Iy, s.Iz, s.J)
@@ -428,7 +423,7 @@ class BeamSegment(NamedTuple):
 
 def tapered_compliance(
     segments: Sequence[BeamSegment | tuple[ArrayLike, Material, CrossSection]],
-    theory: BeamTheory = DEFAULT_THEORY,
+    theory: BeamTheory | None = None,
 ) -> NDArray[np.float64]:
     """Tip compliance of a beam made of uniform segments, base clamped, centroids on one line.
 
@@ -440,7 +435,7 @@ def tapered_compliance(
     segments : sequence of (length, material, section)
         From base to tip. For a smooth taper the error falls with the square of the
         number of segments, each given the cross-section at its middle.
-    theory : BeamTheory
+    theory : BeamTheory, optional
         `EulerBernoulli()`, the default, or `Timoshenko()`.
 
     Returns
@@ -465,15 +460,30 @@ def tapered_compliance(
     """
     if len(segments) == 0:
         raise InputError("segments of the beam", got=segments, expected="at least one segment")
-    pieces: list[BeamSegment] = []
+    compliances, lengths = [], []
     for index, segment in enumerate(segments):
         subject = f"segment {index} of the beam"
         if not (isinstance(segment, tuple) and len(segment) == 3):
             raise InputError(subject, got=segment, expected="(length, material, section)")
-        length = positive_numbers(f"length of {subject}", segment[0], "m")
-        pieces.append(BeamSegment(length, segment[1], segment[2]))
-    compliances = exact_arrays(*(beam_compliance(*piece, theory) for piece in pieces))
-    return compliance_in_series(compliances, [length for length, _, _ in pieces])
+        lengths.append(positive_numbers(f"length of {subject}", segment[0], "m"))
+        compliances.append(beam_compliance(lengths[-1], *segment[1:], theory))
+    return compliance_in_series(exact_arrays(*compliances), lengths)
+
+
+def shear_compliance(segments: Sequence[BeamSegment]) -> NDArray[np.float64] | None:
+    """Compliances (2,) that shear adds across the tip of a beam, ``sum L / (k G A)`` [m/N].
+
+    Along y and along z; None of formulas, and without shear correction factors.
+    """
+    rows = [
+        (length, material.G, section.A, k)
+        for length, material, section in segments
+        for k in (section.shear_factor_y, section.shear_factor_z)
+    ]
+    if any(x is None or is_formula(x) for row in rows for x in row):
+        return None
+    L, G, A, k = np.array(rows, dtype=np.float64).T
+    return np.sum((L / (k * G * A)).reshape(-1, 2), axis=0)
 
 
 def compliance_in_series(

@@ -217,7 +217,7 @@ def rectangle(width_y: Any, height_z: Any, *, poisson_ratio: Any = 0.3) -> Cross
 
 
 def box(width_y: Any, height_z: Any, wall: Any, *, poisson_ratio: Any = 0.3) -> CrossSection:
-    """Hollow rectangle of one wall thickness, sharp corners; J by Bredt's thin-wall formula.
+    """Hollow rectangle of one wall thickness, sharp corners; J of Saint-Venant.
 
     Parameters
     ----------
@@ -235,12 +235,15 @@ def box(width_y: Any, height_z: Any, wall: Any, *, poisson_ratio: Any = 0.3) -> 
 
     Notes
     -----
-    A, Iy and Iz are exact. The torsion constant is Bredt's of closed thin walls,
-    ``J = 4 Am^2 t / perimeter`` on the centre line of the wall (Young and Budynas, Roark's Formulas
-    for Stress and Strain, 7th ed., table 10.1), here ``2 t (b - t)^2 (h - t)^2 / (b + h - 2t)``.
-    It is too small, for a square box by 1 % when the wall is 2 % of the side, by 3 % at 5 % and by
-    6 % at 10 %; for thicker walls use `section_from_sectionproperties`. The shear
-    factors are those of thin walls as well.
+    A, Iy and Iz are exact. The torsion constant is Bredt's of closed thin walls and that of the
+    walls as open strips, each with what four corners add, on the centre line of the wall::
+
+        J = 4 t (Am - 0.42066 t^2)^2 / (p - 8 ln 2 / pi t) + p t^3 / 3 + 0.28996 t^4
+        Am = (b - t) (h - t),  p = 2 (b + h - 2 t)
+
+    The corners are those of infinite walls, by conformal mapping. Walls of a fifth of the shorter
+    side have an error of 2e-6, of a quarter 4e-5, of 0.4 of it 0.5 %. Bredt's formula alone is 5 %
+    too small where the wall is a tenth of the side. The shear factors are those of thin walls.
 
     Examples
     --------
@@ -257,16 +260,26 @@ def box(width_y: Any, height_z: Any, wall: Any, *, poisson_ratio: Any = 0.3) -> 
     )
     inner_b, inner_h = b - 2 * t, h - 2 * t
     middle_b, middle_h = b - t, h - t
-    ratio = middle_b / middle_h
+    ratio, line = middle_b / middle_h, 2 * (middle_b + middle_h)
+    area, length, strip = (exact_number(x) if is_formula(t) else x for x in _BOX_CORNERS)
+    closed = 4 * t * (middle_b * middle_h + area * t**2) ** 2 / (line + length * t)
     return CrossSection(
-        A=2 * t * (middle_b + middle_h),
+        A=t * line,
         Iy=(b * h**3 - inner_b * inner_h**3) / 12,
         Iz=(h * b**3 - inner_h * inner_b**3) / 12,
-        J=2 * t * (middle_b * middle_h) ** 2 / (middle_b + middle_h),
+        J=closed + line * t**3 / 3 + strip * t**4,
         shear_factor_y=box_shear_factor(nu, 1 / ratio, 1 / ratio),
         shear_factor_z=box_shear_factor(nu, ratio, ratio),
         bounds=bounds,
     )
+
+
+# What the four corners of a box add: to the area within the centre line [t^2], to its length [t],
+# and to the torsion constant of the walls as open strips [t^4].
+_BOX_CORNERS = -0.4206643841536, -8 * math.log(2) / math.pi, 0.2899625231
+# What the free ends of the flanges of an I-section and its junctions add to the torsion constant
+# of three strips; that of the junctions is fitted to infinite walls, w from f/4 to 20 f.
+_FREE_ENDS, _JUNCTIONS = -0.42018, (0.3448, 0.5368, 0.3057, -0.1598, 0.7606)
 
 
 def i_section(
@@ -277,7 +290,7 @@ def i_section(
     *,
     poisson_ratio: Any = 0.3,
 ) -> CrossSection:
-    """Doubly symmetric I: flanges along y, web along z, sharp corners; J of open thin walls.
+    """Doubly symmetric I: flanges along y, web along z, sharp corners; J of Saint-Venant.
 
     Parameters
     ----------
@@ -293,16 +306,21 @@ def i_section(
     Raises
     ------
     InputError
-        A number is not positive and finite, the web is not thinner than the flange is wide, or the
-        flanges leave no web.
+        A number is not positive and finite, the web is not thinner than the flange is wide, or not
+        higher than it is thick.
 
     Notes
     -----
-    A, Iy and Iz are exact. ``J = (2 b f^3 + (h - f) w^3) / 3``, the sum over open thin walls on
-    their centre lines (Timoshenko and Goodier, section 109); warping restrained at a clamped end is
-    left out, which makes the beam too soft in torsion when it is short. Along z the shear factor is
-    Cowper's for the thin-walled I; along y it is that of the two flanges as rectangles, referred to
-    the whole area.
+    A, Iy and Iz are exact. The torsion constant is that of three strips, the free ends of the
+    flanges and two junctions, within 0.1 % where the flanges stand out by their thickness::
+
+        J = (2 b f^3 + (h - 2 f) w^3) / 3 - 0.42018 f^4
+            + w^2 (0.3448 f^3 + 0.5368 f^2 w + 0.3057 f w^2 - 0.1598 w^3) / (f + 0.7606 w)
+
+    The strips alone, on their centre lines, are 3 % to 13 % off. Warping restrained at a clamped
+    end is left out, which makes the beam too soft in torsion when it is short. Along z the shear
+    factor is Cowper's for the thin-walled I; along y it is that of the two flanges as rectangles,
+    referred to the whole area.
 
     Examples
     --------
@@ -315,21 +333,24 @@ def i_section(
     f = positive_number("flange thickness of the I-section", flange_thickness, "m")
     nu = poisson_ratio_of_isotropic(poisson_ratio)
     b, h, w, f, nu = exact_together(b, h, w, f, nu)
-    bounds = (
-        _below("web thickness of the I-section", w, b, "the flange width"),
-        _below("flange thickness of the I-section", f, h / 2, "half the height"),
-    )
     web = h - 2 * f
+    bounds = (
+        _below("flange thickness of the I-section", f, h / 2, "half the height"),
+        _below("web thickness of the I-section", w, b, "the flange width"),
+        _below("web thickness of the I-section", w, web, "the height between the flanges"),
+    )
     middle = h - f
     area = 2 * b * f + web * w
     # As of the box, m of both flanges and the web, with another last term.
     m, n = 2 * b * f / (middle * w), b / middle
     flanges = 30 * n * n * (m + m * m) + 5 * nu * n * n * (8 * m + 9 * m * m)
+    ends, *c = (exact_number(x) if is_formula(b) else x for x in (_FREE_ENDS, *_JUNCTIONS))
+    junctions = c[0] * f**3 + c[1] * f**2 * w + c[2] * f * w**2 + c[3] * w**3
     return CrossSection(
         A=area,
         Iy=(b * h**3 - (b - w) * web**3) / 12,
         Iz=(2 * f * b**3 + web * w**3) / 12,
-        J=(2 * b * f**3 + middle * w**3) / 3,
+        J=(2 * b * f**3 + web * w**3) / 3 + ends * f**4 + w**2 * junctions / (f + c[4] * w),
         shear_factor_y=rectangle_shear_factor(nu) * 2 * b * f / area,
         shear_factor_z=_thin_walled(nu, m, flanges),
         bounds=bounds,

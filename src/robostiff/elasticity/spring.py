@@ -45,6 +45,8 @@ class Elasticity:
     segments : tuple of (6, 6) arrays, or None
         Compliances of the uniform segments of a tapered beam from its start on, each about its own
         far end; empty of a uniform beam. None of a matrix, of which no more is known.
+    shear_left_out : (2,) array or None
+        What shear would add to the compliances along y and z [m/N], of a beam of no chosen theory.
 
     Raises
     ------
@@ -67,6 +69,7 @@ class Elasticity:
     bounds: tuple[Bounds, ...] = ()
     beam: SlenderBeam | None = None
     segments: tuple[NDArray[Any], ...] | None = None
+    shear_left_out: NDArray[Any] | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         compliance = _own_compliance("compliance of the spring", self.compliance)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from enum import IntFlag
 from typing import Any, Protocol, Self
 
@@ -141,6 +141,11 @@ class StatusOfPoses:
     def batch_shape(self: _OfPoses) -> tuple[int, ...]:
         """Shape of the batch of poses, () for a single one."""
         return self.status_codes.shape
+
+    def __iter__(self) -> Iterator[Self]:
+        """One pose after the other, or one row of a larger batch."""
+        of_poses: Any = self
+        return (of_poses[i] for i, _ in enumerate(of_poses.status_codes))
 
     @property
     def status(self: _OfPoses) -> Status:

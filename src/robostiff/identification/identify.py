@@ -76,8 +76,8 @@ def known_frames(
     if known.markers is not None:
         for name in names:
             if name not in known.markers:
-                expected = ", ".join(map(str, known.markers))
-                raise InputError("marker", got=name, expected=f"a place for it, beside {expected}")
+                expected = f"its place, beside that of {', '.join(map(str, known.markers))}"
+                raise InputError("place of a marker", got=name, expected=expected)
         rows = [known.markers[name] for name in names] or np.zeros((0, 3))
         markers = as_floats("places of the markers", rows, "three numbers each [m]")
         markers = markers.reshape(len(names), 3)
@@ -86,8 +86,8 @@ def known_frames(
             "frames of displacements and distances",
             got=Words("unknown ones"),
             expected="known ones: only points tell where instrument and markers are",
-            hint='write frames=rs.KnownFrames({"tip": [0, 0, 0.05]}); on the '
-            'command line --marker "tip=0 0 50 mm" --instrument "0 0 0 0 0 0"',
+            hint=f'write frames=rs.KnownFrames({{"{names[0]}": [0, 0, 0.05]}}); on the '
+            f'command line --marker "{names[0]}=0 0 50 mm" --instrument "0 0 0 0 0 0"',
         )
     for name in names if markers is None else ():
         if measured.markers.count(name) == 1:

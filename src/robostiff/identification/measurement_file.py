@@ -18,8 +18,7 @@ from robostiff.identification.measurement_kinds import (
     act_at_hooks,
     coordinates_of,
 )
-from robostiff.io.bounded_file import bounded_bytes
-from robostiff.io.csv_table import OtherColumns, posture_columns, postures_of, table_of
+from robostiff.io.csv_table import OtherColumns, lines_of, posture_columns, postures_of, table_of
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.model.mass import gravity_vector
@@ -47,7 +46,8 @@ _UNITS = {
     **dict.fromkeys(("sigma", *_SIGMA), "m"),
     **{f"{what}_{a}": unit for what, unit in (("u", ""), ("from", "m")) for a in _AXES},
 }
-_WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+_FORCE, _MOMENT = ("Fx", "Fy", "Fz"), ("Mx", "My", "Mz")
+_WRENCH = (*_FORCE, *_MOMENT)
 _LOADS = {
     **{name: "N" if name[0] == "F" else "N m" for name in _WRENCH},
     **{"mass": "kg", "sigma_F": "N", "sigma_M": "N m", **{f"at_{a}": "m" for a in _AXES}},
@@ -280,6 +280,12 @@ class _Table:
     ) -> tuple[dict[str, Any], list[int]]:
         """Those of all lines, and the lines that count."""
         count = len(self.lines)
+        for names in ([name for name in part if name in self.si] for part in (_FORCE, _MOMENT)):
+            missing = np.isnan(self.columns(names)).reshape(count, -1)
+            for row in np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))[:1]:
+                name = names[int(missing[row].argmax())]
+                expected = f"a number, or nothing in all of {', '.join(names)}"
+                raise FileError(self.at(row), name, got=Words("nothing"), expected=expected)
         load, (hooks, bodies) = self.columns(_WRENCH, 0.0), self._hooks()
         at_hooks = act_at_hooks(hooks, bodies)
         forces = load[:, :3] * np.reshape(at_hooks, (-1, 1))
@@ -374,18 +380,7 @@ class _Table:
         return known[word]
 
 
-_MOST_BYTES = 200_000_000
 _TAG = ("x [mm]", "y [mm]", "z [mm]", "rx [rad]", "ry [rad]", "rz [rad]")
-
-
-def lines_of(path: str | os.PathLike[str]) -> tuple[str, ...]:
-    """Lines of a text file in UTF-8 or Latin-1; the sign of micro, in any encoding, is u."""
-    content = bounded_bytes(path, _MOST_BYTES, "a CSV file")
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = content.decode("latin-1")
-    return tuple(re.sub("\u00c2?\u00b5|\u03bc", "u", text).splitlines())
 
 
 def tracker_points(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import difflib
 import math
 import os
@@ -9,6 +10,7 @@ import re
 from array import array
 from collections.abc import Collection, Mapping
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +30,7 @@ _LARGEST = 1e30
 _SIMILAR = 0.81  # a name is taken for a slip: joint33 of joint3; not remark of marker
 _MOST_WARNINGS = 12
 _HEADING = re.compile(r"\s*(?P<name>[^\[\(]+?)\s*(?:[\[\(](?P<unit>[^\]\)]*)[\]\)])?\s*\Z")
+_EMPTY = re.compile(r"\s*(#|sep=|[\s;,]*\Z)", re.IGNORECASE)
 _TIMES = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}
 
 
@@ -74,15 +77,18 @@ def read_table(
     what: str,
     others: OtherColumns = OtherColumns.REFUSED,
 ) -> CsvTable:
-    """`table_of` a file in UTF-8."""
+    """`table_of` a file."""
+    return table_of(str(path), lines_of(path), units, what, others=others)
+
+
+def lines_of(path: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Lines of a text file in UTF-8, in Latin-1, or in UTF-16 as Excel writes it."""
     content = bounded_bytes(path, _MOST_BYTES, "a CSV file")
+    marked = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
-        lines = tuple(content.decode("utf-8-sig").splitlines())
+        return tuple(content.decode("utf-16" if marked else "utf-8-sig").splitlines())
     except UnicodeDecodeError:
-        got, hint = Words("other bytes"), "save the file as UTF-8"
-        place = Location(str(path))
-        raise FileError(place, "text", got=got, expected="UTF-8", hint=hint) from None
-    return table_of(str(path), lines, units, what, others=others)
+        return tuple(content.decode("latin-1").splitlines())
 
 
 def table_of(
@@ -99,15 +105,16 @@ def table_of(
 ) -> CsvTable:
     """Columns with these names and SI units, of the lines of a file with a name; one is a `what`.
 
-    Tabs, semicolons or commas separate. Empty lines and lines that begin with ``#`` are passed
-    over; `others` says what columns of other names are. Unless these are refused, units must be
-    given, and decimals behind semicolons may have commas. Columns of `words` have no numbers;
-    fields of columns that `may_miss` them are not a number where empty. Names that are `not_here`
-    are no slips: another file has them. `first` is the number of the first line.
+    Tabs, semicolons or commas separate. Lines without a field, comments behind ``#`` and ``sep=``
+    of Excel are passed over; `others` says what columns of other names are. Unless these are
+    refused, units must be given, and decimals behind semicolons may have commas. Columns of
+    `words` have no numbers; fields of columns that `may_miss` them are not a number where empty.
+    Names that are `not_here` are no slips: another file has them. `first` is the number of the
+    first line.
 
     Raises FileError with line and column of what cannot be read.
     """
-    numbered = [k for k, line in enumerate(lines) if line.strip() and line.lstrip()[0] != "#"]
+    numbered = [k for k, line in enumerate(lines) if not _EMPTY.match(line)]
     if len(numbered) < 2:
         expected = f"a line of names, then a line a {what}"
         raise FileError(Location(name), f"{what}s", got=Words(f"no {what}"), expected=expected)
@@ -123,9 +130,11 @@ def table_of(
     for k in rows:
         fields = _fields(lines[k], separator)
         if len(fields) != len(headings):
-            got = Words(f"{len(fields)} fields")
-            expected = f"{len(headings)}, one for each name in line {header + first}"
-            raise FileError(Location(name, k + first, 1), what, got=got, expected=expected)
+            about: dict[str, Any] = {"got": Words(f"{len(fields)} fields")}
+            about["expected"] = f"{len(headings)}, one for each name in line {header + first}"
+            if separator == "," and len(fields) > len(headings):
+                about["hint"] = "numbers have points, or semicolons between them"
+            raise FileError(Location(name, k + first, 1), what, **about)
         row = [_number(fields[column.place], comma) for column in columns]
         for column, value in zip(columns, row, strict=True):
             field = fields[column.place]
@@ -171,6 +180,9 @@ def _columns_of(
     # "'" is written before = + - @
     matches = [_HEADING.match(_plain(heading).removeprefix("'")) for heading in headings]
     names = {match["name"] for match in matches if match}
+    if len(headings) == 1 and not names & {*units, *words}:
+        expected = "names between tabs, semicolons or commas"
+        raise FileError(line, "names of columns", got=headings[0].strip(), expected=expected)
     absent = {known.casefold(): known for known in (*units, *words) if known not in names}
     columns: list[Column] = []
     places: dict[str, int] = {}  # of words
@@ -203,7 +215,7 @@ def _columns_of(
         if name in words:
             places[name] = place
             continue
-        unit = (match["unit"] or "").strip()
+        unit = (match["unit"] or "").replace("\u00c2\u00b5", "u").strip()  # micro, decoded twice
         if others is not OtherColumns.REFUSED and not unit and units[name]:
             example = f"one in brackets, as {name} [{units[name]}]"
             raise FileError(at, f"unit of {name}", got=Words("none"), expected=example)

@@ -230,6 +230,7 @@ _READ = {  # of joints and inertials, with their attributes
     "dynamics": "damping friction spring_stiffness spring_reference armature mu_coulomb "
     "mu_viscous D",
 }
+_NO = ("false", "no", "0")
 _OF_ANY = "parent child armature springStiffness springReference calibration safety_controller"
 
 _Unread = defaultdict[str, list[tuple[str, Location]]]  # for each kind, names and places
@@ -269,9 +270,15 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
             unread[f"<{element.tag}>{words}"].append(element.place)
         elif element.tag == "transmission" and len(element.all("joint")) > 1:
             unread["transmissions that connect several joints"].append(element.place)
-        elif element.tag == "gazebo" and "reference" not in element.attributes:
+        elif element.tag == "gazebo":
             for child in element.children:
-                if child.tag == "link" or child.tag.startswith("joint:"):
+                off = _value(child).lower() in _NO
+                if (child.tag, off) in (("turnGravityOff", False), ("gravity", True)):
+                    place = element.place[0], child.location
+                    unread["switches of weights (turnGravityOff, gravity) of"].append(place)
+                elif "reference" in element.attributes:
+                    continue
+                elif child.tag == "link" or child.tag.startswith("joint:"):
                     unread[f"<{child.tag}> of Gazebo"].append(child.place)
     warn_of_parts_not_read(unread)
     joints = tuple(replace(edge, spring=springs.get(edge.name, 0.0)) for edge in tree.joints)
@@ -351,7 +358,7 @@ def _spring(element: XmlElement) -> float:
 def _attribute_or_text(element: XmlElement, key: str, of_gazebo: str) -> float:
     """A number among the dynamics, as an attribute or an element, or in an element of Gazebo."""
     dynamics = element.one("dynamics")
-    texts = [child.text for child in element.all(of_gazebo)]
+    texts: list[str | None] = [_value(child) for child in element.all(of_gazebo)]
     if dynamics is not None:
         texts += [dynamics.attributes.get(key), *(child.text for child in dynamics.all(key))]
     text = next((text for text in texts if text), None)
@@ -415,4 +422,9 @@ def _ends_of_gazebo(
 
 def _text(element: XmlElement, tag: str) -> str:
     child = element.one(tag)
-    return "" if child is None else child.text.strip()
+    return "" if child is None else _value(child)
+
+
+def _value(element: XmlElement) -> str:
+    """What an element of Gazebo says, as its text or as its value."""
+    return element.attributes.get("value", element.text).strip()

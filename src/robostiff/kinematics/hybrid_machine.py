@@ -211,6 +211,29 @@ def hybrid_machine(
     return robot if by_joints else _with_coordinates(robot, chosen=coordinates is not None)
 
 
+def modules_of(machine: Robot) -> tuple[Module, ...]:
+    """The modules of a machine of one leg: its robots, and the elements between them one by one.
+
+    None of a leg with blocks that were no robots by themselves.
+    """
+    (leg,), found = machine.legs, list[Module]()
+    about: Any = {"nominal": machine.nominal, "meanings": machine.meanings}
+    for number, element in enumerate(leg.chain.elements):
+        if not isinstance(element, ParallelBlock):
+            found.append(Module(f"part {number}", Chain((element,))))
+        elif element.robot is None:
+            return ()
+        else:
+            found.append(Module(element.name, replace(element.robot, name=element.name, **about)))
+    return tuple(found)
+
+
+def closed_at_home(machine: Robot) -> Robot:
+    """A machine in numbers, each of its modules at home, as it is read from a file."""
+    own = hybrid_machine(modules_of(machine), coordinates=machine.coordinates)
+    return replace(machine, legs=own.legs)
+
+
 def _nominal_values(modules: Sequence[Module]) -> dict[str, float]:
     """Values of the symbols of all modules; InputError where two give one symbol other values."""
     nominal: dict[str, float] = {}
@@ -250,7 +273,10 @@ def _elements(module: Module, *, carries_next: bool) -> Iterator[Element]:
         yield Rigid(leg.attachment.inverse, f"{module.name}/end")
     else:
         branches = (Branch(leg.name, leg.base, leg.chain, leg.attachment) for leg in legs)
-        yield ParallelBlock(tuple(branches), module.name)
+        own = replace(
+            part, reference_point=np.zeros(3, dtype=int), platform_masses=(), gravity=None
+        )
+        yield ParallelBlock(tuple(branches), module.name, own)
     if carries_next and part.platform_masses:
         yield Rigid(Frame.identity(), f"{module.name}/platform", part.platform_masses)
 
@@ -273,7 +299,7 @@ def _with_home(chain: Chain, q: Iterator[float]) -> Chain:
 
 def _kept(given: Any, found: float) -> Any:
     """A home coordinate as it was given, formulas included, where it closes its leg."""
-    is_number = isinstance(given, int | float | np.number)
+    is_number = not getattr(given, "free_symbols", None)
     same = is_number and abs(float(given) - found) <= _AT_HOME
     return given if same or not is_number else float(found)
 

@@ -149,11 +149,8 @@ def _with_others(
             rest.remove(c)
             start = Frame.identity() if body == c.a else _across(c).inverse
             if isinstance(c.element, Link):
-                begin, middle = place @ start @ c.before, 0.5 * c.element.to
-                for mass in c.element.masses:
-                    alone = mass.centre is None
-                    own = replace(mass, centre=middle, span=None) if alone else mass
-                    total[whole].append(own.seen_from(begin))
+                begin, to = place @ start @ c.before, c.element.to
+                total[whole] += [_of_rod(mass, to).seen_from(begin) for mass in c.element.masses]
             other = c.b if body == c.a else c.a
             if other not in carriers:
                 seen = place @ (_across(c) if body == c.a else start)
@@ -161,6 +158,16 @@ def _with_others(
                 waiting.append(other)
                 total[whole] += [mass.seen_from(seen) for mass in masses.get(other, ())]
     return total
+
+
+def _of_rod(mass: Mass, to: np.ndarray) -> Mass:
+    """The same mass of a link without load: one that is spread along it as of a thin rod."""
+    if mass.centre is not None:
+        return mass
+    (first, last), inertia = mass.span or (0.0, 1.0), mass.inertia
+    if mass.is_spread and mass.value > 0:
+        inertia = mass.value * (last - first) ** 2 / 12 * (to @ to * np.eye(3) - np.outer(to, to))
+    return replace(mass, centre=0.5 * (first + last) * to, span=None, inertia=inertia)
 
 
 def _across(c: Connection) -> Frame:

@@ -139,6 +139,8 @@ class CableRobot(Subject):
     """
 
     kind: ClassVar[str] = "cable robot"
+    #: It has numbers alone.
+    symbols: ClassVar[tuple[()]] = ()
     name: str
     cables: tuple[Cable, ...]
     home: Frame

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robostiff.errors import InputError, Words
-from robostiff.frozen import frozen, replace
+from robostiff.frozen import field, frozen, replace
 from robostiff.model.checks import check_distinct, coordinate_array, vector3
 from robostiff.model.coupled_joints import Coupling, Transmission, transmission
 from robostiff.model.joint import Actuated, Joint, Locked, Role
@@ -54,6 +54,8 @@ class ParallelBlock:
     branches : tuple of Branch
         Two or more; each name once.
     name : str
+    robot : Robot or None
+        In a machine of modules: what it is by itself, from the frame before it to that after it.
 
     Raises
     ------
@@ -63,6 +65,7 @@ class ParallelBlock:
 
     branches: tuple[Branch, ...]
     name: str = "parallel"
+    robot: Any = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         names = [branch.name for branch in self.branches]

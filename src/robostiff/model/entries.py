@@ -20,8 +20,8 @@ from robostiff.spatial.formula import exact_number, is_formula
 Part = TypeVar("Part")
 OfSymbols = TypeVar("OfSymbols", bound="Symbolic")
 
-# Limits and laws of drives and nominal values of symbols are not part of a formula.
-_NO_ENTRIES = frozenset(("limits", "nominal", "meanings", "units", "laws"))
+# Limits and laws of drives, nominal values of symbols and left out shear are no part of a formula.
+_NO_ENTRIES = frozenset(("limits", "nominal", "meanings", "units", "laws", "shear_left_out"))
 
 
 def with_entries(
@@ -196,7 +196,7 @@ class Symbolic:
     @cached_property
     def symbols(self) -> tuple[Any, ...]:
         """The SymPy symbols that its formulas depend on, sorted by name."""
-        return free_symbols(self)
+        return free_symbols(self) if self.has_formulas else ()
 
     @cached_property
     def has_formulas(self) -> bool:

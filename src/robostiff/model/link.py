@@ -9,13 +9,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from robostiff.elasticity import (
+    BeamSegment,
     BeamTheory,
     CrossSection,
     Elasticity,
-    EulerBernoulli,
     Material,
     SlenderBeam,
     beam_compliance,
+    shear_compliance,
 )
 from robostiff.elasticity.checks import Bounds
 from robostiff.errors import InputError
@@ -103,7 +104,8 @@ class TelescopicBeam:
         Part of the extension that lengthens this beam.
     fixed : float
         Length at zero extension [m].
-    theory : BeamTheory
+    theory : BeamTheory or None
+        That of Euler and Bernoulli where none is chosen.
     mass : float or None
         Of the whole beam [kg], spread evenly along it; None for that of its length at the pose,
         with the density of its material.
@@ -113,7 +115,7 @@ class TelescopicBeam:
     section: CrossSection
     share: Scalar
     fixed: Scalar = 0.0
-    theory: BeamTheory = field(default_factory=EulerBernoulli)
+    theory: BeamTheory | None = None
     mass: Any = None
 
     def __post_init__(self) -> None:
@@ -287,11 +289,12 @@ def beam_link(
         to = exact_array(to)
     axes = beam_axes(to, y_axis)
     length = length_of(to) if to.dtype == object else float(np.linalg.norm(to))
-    compliance = beam_compliance(length, material, section, theory or EulerBernoulli())
+    compliance = beam_compliance(length, material, section, theory)
     masses = beam_mass(length, material, section) if mass is None else mass
-    beam = SlenderBeam.of(length, material, section, theory or EulerBernoulli())
+    beam = SlenderBeam.of(length, material, section, theory)
     bounds = (*material.bounds, *section.bounds)
-    elasticity = Elasticity(compliance, bounds=bounds, beam=beam, segments=())
+    shear = shear_compliance([BeamSegment(length, material, section)]) if theory is None else None
+    elasticity = Elasticity(compliance, bounds=bounds, beam=beam, segments=(), shear_left_out=shear)
     return Link(to, elasticity, axes, name, masses_of(masses))
 
 

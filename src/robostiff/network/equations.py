@@ -26,6 +26,7 @@ from robostiff.spatial import Space, block_rotation, compliance_modes, level_axe
 
 # Condition of a compliance scaled to a unit diagonal: beyond it stiff directions are separated.
 _DENSE = 1e3
+_ALIKE = 1e-9  # of twists of a joint: nearer to others, one is among them
 _SYMMETRY = 1e-9  # part of its size by which a compliance may be negative
 
 
@@ -83,7 +84,7 @@ def coupled_motion(
     """The row of a coupling at its place in the network; `scale` turns twists into lengths.
 
     A joint turns by ``s . d``, where d is how its bodies move against each other, and s a row of
-    the inverse of the twists of its freedoms.
+    the inverse of the twists of its freedoms. InputError where others of these move them alike.
     """
     rows, found = list(space.rows), []
     for joint, number, factor in own.terms:
@@ -92,8 +93,15 @@ def coupled_motion(
         if moving is None:
             continue
         twists = np.array([f.twist(at)[rows] * scale for f in joint.moving]).T
-        row = factor * np.linalg.pinv(twists)[moving][None, :]
-        found += [(joint.a, at, -row), (joint.b, at, row)]
+        row = np.linalg.pinv(twists, rcond=_ALIKE)[[moving]]
+        if not np.allclose(row @ twists, np.eye(len(joint.moving))[moving], atol=_ALIKE):
+            raise InputError(
+                f"coupling {own.name!r}",
+                got=Words(f"freedom {number + 1} of joint {joint.name!r}, which others repeat"),
+                expected="a freedom that moves the bodies as no others of its joint do",
+                hint="give it a joint of its own, with a node between the two joints",
+            )
+        found += [(joint.a, at, -factor * row), (joint.b, at, factor * row)]
     size = float(np.sqrt(sum(np.sum(row**2) for _, _, row in found)))
     S = 0.0 if own.stiffness is None else 1.0 / (own.stiffness * size**2)
     names, at, of_ends = zip(*found, strict=True)
@@ -205,8 +213,11 @@ def _springs(
     unit = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     # Entries beside zeros of the diagonal are zeros, too.
     regular = S / (unit[:, :, None] * unit[:, None, :])
-    plain = np.all(diagonal > 0, axis=-1)
-    plain[plain] = np.linalg.cond(regular[plain]) < _DENSE
+    # Of wrenches across all motions of a part rounding is left.
+    least = tolerance.rigidity * np.trace(C_scaled, axis1=1, axis2=2)
+    plain = np.all(diagonal > least[:, None], axis=-1)
+    if W.shape[2]:
+        plain[plain] = np.linalg.cond(regular[plain]) < _DENSE
     is_rigid = ~np.any(C, axis=(1, 2))
     S[is_rigid] = 0.0
     for k in np.flatnonzero(~plain & ~is_rigid).tolist():

@@ -212,7 +212,8 @@ def network_matrix(equations: Equations) -> NetworkMatrix:
         sizes[own.numbers] = own.S.shape[-1]
     starts = n * len(number_of) + np.cumsum(sizes) - sizes
     points, parts = np.array([*equations.points.values()]), []
-    for own in equations.groups:
+    # joints that leave all motions free are without rows
+    for own in (group for group in equations.groups if group.S.shape[-1]):
         nodes = np.array([[number_of[name] for name in names] for names in own.nodes])
         A = (own.parts @ equations.between(points[nodes], own.at)).swapaxes(1, 2)
         rows = starts[own.numbers][:, None] + np.arange(own.S.shape[-1])
@@ -278,7 +279,7 @@ def condensed_system(
     places = (points - points.min(axis=0)) / (_NEAR * equations.length)
     places = np.column_stack([np.round(places), np.arange(len(points))]).astype(int)
     pairs = [pair for own in matrix.parts for pair in combinations(own.nodes.T, 2)]
-    pairs = np.concatenate([np.stack(pair, axis=1) for pair in pairs])
+    pairs = np.concatenate([np.zeros((0, 2), int), *(np.stack(pair, axis=1) for pair in pairs)])
     pairs = pairs[np.all(is_free[pairs], axis=1)]
     pieces = [*dissection(bodies, pairs, places), np.array([platform])]
     order = np.concatenate(pieces)

@@ -255,9 +255,7 @@ def transmitted_by(
     for twist in twists:
         drives = [dot(w, twist) for w in wrenches]
         size_of_twist = _norm([t * s for t, s in zip(twist, scale, strict=True)])
-        sizes = [
-            _norm([f / s for f, s in zip(w, scale, strict=True)]) * size_of_twist for w in wrenches
-        ]
+        sizes = [_scaled(w, scale) * size_of_twist for w in wrenches]
         # A pivot is lost if it is small at all samples, safe if it is large at each of them.
         drives = [
             0 if most_size(drive) <= _LOST * size else drive
@@ -317,6 +315,10 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
     n = len(columns)
     M = [list(row) for row in energy]
     first = [least_size(M[i][i]) for i in range(n)]
+    little = _RIGID * max(first, default=0.0)
+    for i, held in enumerate(columns):
+        if first[i] <= little and all(map(is_zero, held)):
+            first[i] = 0.0  # stress within rigid parts, but for rounding
     done: list[Column] = []
     mu: list[Any] = []
     losses: list[Any] = []
@@ -328,9 +330,11 @@ def made_conjugate(wrenches: Sequence[Column], energy: list[list[Any]], leg: str
         # Pivots that keep their digits and internal stress come first, then what is alone.
         holds = {i: not all(map(is_zero, columns[i])) for i in open_}
         coupled = {i: sum(not is_zero(M[i][j]) for j in range(n) if j != i) for i in open_}
-        pivot = min(open_, key=lambda i: (part[i] < _LITTLE, holds[i], coupled[i], -part[i]))
+        lost = {i: (part[i] < _LITTLE) + (part[i] <= _RIGID) for i in open_}
+        pivot = min(open_, key=lambda i: (lost[i], holds[i], coupled[i], -part[i]))
         if part[pivot] <= _RIGID:
-            if all(most_size(x) <= _RIGID for i in open_ for x in columns[i]):
+            largest = max(most_size(x) for w in wrenches for x in w)
+            if all(most_size(x) <= _LOST * largest for i in open_ for x in columns[i]):
                 break  # internal stress between rigid branches
             raise InputError(
                 f"leg {leg!r}",
@@ -418,7 +422,11 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
     idle = [0] * inner
     found = transmitted_by([*conditions, *([*t, *idle] for t in twists)], columns, scale)
     branches = [branch for block in blocks for branch in block]
-    wrenches = [way[:n] for way in found.wrenches]
+    # rounding is left of the end of some ways that hold nothing
+    wrenches = [
+        way[:n] if _scaled(way[:n], scale) > _RIGID * _scaled(way, scale) else [0] * n
+        for way in found.wrenches
+    ]
     energy = energy_of(leg, wrenches, rows)
     add_energy_in_shares(energy, [way[n:] for way in found.wrenches], branches)
     return Carried(
@@ -454,8 +462,12 @@ def add_energy_in_shares(
 
 def wrench_size(wrench: Column, scale: Sequence[float]) -> float:
     """Norm of a scaled wrench, the mean over the samples; 1 of one that holds nothing."""
+    return _scaled(wrench, scale) or 1.0
+
+
+def _scaled(wrench: Sequence[Any], scale: Sequence[float]) -> float:
     squares = [
         np.mean((x.sample if isinstance(x, Entry) else float(x)) ** 2) / s**2
         for x, s in zip(wrench, scale, strict=False)
     ]
-    return float(np.sqrt(sum(squares))) or 1.0
+    return float(np.sqrt(sum(squares)))

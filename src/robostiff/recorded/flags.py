@@ -41,6 +41,8 @@ def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = ()) -> Any:
         tests.add_loss(loss, safe)
     for loss in others:  # of either sign
         tests.add(greater(safe**2, loss * loss))
+    for test in robot.tests:
+        tests.add(test)
     for part in _entries(robot.reach):
         tests.add_above(part, SHORT)
     nearest = reduce(least, limits) if (limits := _entries(robot.limits)) else None
@@ -57,6 +59,8 @@ def flags_of(robot: RecordedRobot, gaps: Sequence[Any] = ()) -> Any:
         flags = flags + Flag.OUT_OF_REACH * greater(_OUT_OF_REACH, reduce(least, missed))
     if nearest is not None:
         flags = flags + Flag.BEYOND_LIMITS * greater(0, nearest)
+    for flag, holds in robot.flags.items():
+        flags = flags + holds * int(flag)
     if gaps := _entries(gaps):
         flags = flags + Flag.MEETING * (1 - greater(reduce(least, gaps), _APART))
     return flags

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from robostiff.elastostatics import Status
-from robostiff.frozen import frozen, replace
+from robostiff.frozen import field, frozen, replace
 from robostiff.kinematics import PostureFinder
 from robostiff.kinematics.closure.body import tidy_numbers
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula, place_leg, place_leg_at_joints
 from robostiff.model import ALL_COORDINATES, ParallelBlock, Robot, Telescope
-from robostiff.record import Entry, Operation, Record, as_part
+from robostiff.record import Entry, Flag, Operation, Record, as_part
 from robostiff.recorded.circulation import legs_on_platform
 from robostiff.recorded.closure import RecordedClosure, record_closure
 from robostiff.recorded.factor import Factors, factors_of
@@ -65,6 +65,12 @@ class RecordedRobot:
         Of all parts, as far as it is known [kg]; None of a linkage.
     gaps : tuple of entries
         Those of `reach` that say what is missed: near zero wherever the legs close.
+    tests : tuple of entries
+        1 where the record holds, 0 elsewhere.
+    flags : mapping of Flag to entries or numbers
+        1 where they hold, 0 elsewhere; of a cable robot.
+    tensions : mapping of str to entries or numbers
+        Of the cables of a cable robot, by name [N].
     """
 
     name: str
@@ -80,6 +86,9 @@ class RecordedRobot:
     closure: RecordedClosure | None = None
     mass: Any = None
     gaps: tuple[Any, ...] = ()
+    tests: tuple[Any, ...] = ()
+    flags: Mapping[Flag, Any] = field(default_factory=dict)
+    tensions: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def factors(self) -> Factors:

@@ -192,12 +192,23 @@ def _of_model(document: Any, parameters: Any, symbols: Symbols) -> Any:
     def shipped_model(module: str) -> Path | None:
         return robot_file(module) if module in shipped_robots() else None
 
+    from robostiff.analysis.left_out_shear import softer_by_shear
+
     robot = model_from_document(document, parameters, symbols=symbols, shipped=shipped_model)
     words = Counter(re.findall(r"\w+", str([document.data, *(parameters or {}).values()])))
     for unused in (x for x in document.data.get("parameters") or () if words[x] == 1):
         place = document.location(("parameters", unused))
         warn_of_slip(f"{place}: nothing in the file uses {unused!r}")
+    if (more := softer_by_shear(robot)) > _SHEAR:
+        warn_of_slip(
+            f"{document.location(())}: shear, which its beams leave out, makes this robot up to "
+            f"{more:.0%} softer at home; write theory: timoshenko at the short beams, or theory: "
+            "euler-bernoulli to leave it out"
+        )
     return robot
+
+
+_SHEAR = 0.1  # of the compliance of a robot; what is less is within the errors of its numbers
 
 
 def _of_description(

@@ -18,6 +18,7 @@ from robostiff.linkage import Linkage
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
+from robostiff.one_thread import in_one_thread
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.loading.given_loads import (
     Acting,
@@ -43,6 +44,7 @@ _CALLS = 3  # at the third a record is looked for on disk
 WORTH_MACHINE_CODE = 100_000
 
 
+@in_one_thread
 def equilibrium(
     robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Any = None,

@@ -18,6 +18,7 @@ from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
+from robostiff.one_thread import in_one_thread
 from robostiff.spatial import as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.equilibrium_path import OnPath, first_critical, path
@@ -122,6 +123,7 @@ class CriticalLoad(InNotebooks):
         return f"<CriticalLoad of {self.name!r}: factor {self.factor:.6g}, {self.mode}>"
 
 
+@in_one_thread
 def critical_load(
     robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Any = None,
@@ -202,6 +204,7 @@ def critical_load(
     return CriticalLoad(loaded.name, F, status, searched_to, point)
 
 
+@in_one_thread
 def load_path(
     robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Any = None,

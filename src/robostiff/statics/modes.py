@@ -23,6 +23,7 @@ from robostiff.markup import InNotebooks
 from robostiff.model import Robot, Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
+from robostiff.one_thread import in_one_thread
 from robostiff.spatial import Space
 from robostiff.statics.chains.beam_bowing import Beams, Bowing, Division
 from robostiff.statics.equations.newton import FoundEquilibrium
@@ -233,6 +234,7 @@ class Modes(StatusOfPoses, InNotebooks):
         return f"<{len(self)} modes of {self.name!r}, status {self.status}: {first}>"
 
 
+@in_one_thread
 def modes(
     robot: Robot | Snapshot | Network | Linkage | CableRobot,
     pose: Pose | DriveValues = None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, wraps
 from typing import Any, cast
 
@@ -111,9 +111,6 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         known = {name: array[index] for name, array in self.known.items()}
         codes, rows = (np.asarray(array[index]) for array in (self.status_codes, self.rows))
         return replace(self, status_codes=codes, rows=rows, known=known)
-
-    def __iter__(self) -> Iterator[Equilibrium]:
-        return (self[i] for i in range(len(self)))
 
     @property
     def solution(self) -> Solution:

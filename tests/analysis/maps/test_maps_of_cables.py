@@ -228,3 +228,26 @@ def test_an_unstable_pose_without_full_rank_has_its_negative_eigenvalue():
     assert float(found.rotational_stiffness[0, 0]) < 0
     assert float(found.smallest_eigenvalue[0]) < 0
     assert np.isnan(found.worst_deflection).all()
+
+
+def test_maps_by_a_kernel_are_those_of_the_batched_form():
+    """Poses without tensions, and symmetric ones that the kernel leaves, among them."""
+    robot = rs.load("cable-8")
+    names = ("x", "y", "z", "rx", "ry", "rz")
+    grid = rs.Grid(**{n: rs.Axis(*(0.3, 1.9, 6) if n == "z" else (-0.5, 0.5, 3)) for n in names})
+    quantities = [
+        own
+        for own in rs.Quantity
+        if own not in (rs.Quantity.DEFLECTION, rs.Quantity.ACTUATOR_FORCES)
+    ]
+    by_kernel, batched = (
+        rs.stiffness_map(robot, grid, quantities, method=method)
+        for method in (rs.Compiled(rs.Backend.ARRAYS), rs.Batched())
+    )
+    assert by_kernel.attrs["method"] == "compiled record, cables where it is unsafe"
+    assert np.array_equal(by_kernel.status, batched.status)
+    assert len(set(batched.status.values.ravel().tolist())) > 1
+    for name in batched.data_vars:
+        own, other = by_kernel[name].values, batched[name].values
+        size = np.nanmax(np.abs(other))
+        np.testing.assert_allclose(own, other, rtol=1e-9, atol=1e-10 * size, err_msg=str(name))

@@ -342,3 +342,17 @@ def test_compliance_of_random_arms_does_not_depend_on_references(seed, tmp_path)
     with pytest.warns(rs.PlausibilityWarning, match="not read: the load at home of springs"):
         robot = _loaded(tmp_path, sprung, **side)
     assert matrix_distance(C[0], rs.compliance(robot)) < 1e-9
+
+
+def test_keyframes_are_named_until_the_side_file_has_a_home(tmp_path):
+    keys = '<keyframe><key name="home" qpos="0.3 -0.6"/><key qpos="0 0"/></keyframe>'
+    mjcf = _arm(SERVOS, foot=keys)
+    _, said = _stiffnesses(tmp_path, mjcf)
+    assert "not read: keyframes home, without a name; write its coordinates under home:" in said[0]
+    model = mujoco.MjModel.from_xml_string(mjcf)
+    with pytest.warns(rs.PlausibilityWarning) as caught:
+        rs.load(model, side=tmp_path / "s.yaml")
+    assert "not read: keyframes home, without a name" in str(caught[0].message)
+    for start in ("home: {j1: 0.3, j2: -0.6}\n", "start: {j1: 0}\n"):
+        _, said = _stiffnesses(tmp_path, mjcf, start)
+        assert not any("not read" in words for words in said)

@@ -17,7 +17,7 @@ SIDE = """
 robostiff: 1
 source: chosen here
 tool: tip
-joints: {"j*": {stiffness: 100}}
+joints: {"j*": {stiffness: 1e5}}
 """
 # diaginertia with a quaternion, fullinertia, shapes of every kind by density and by mass, a box on
 # a welded body, a finger beyond a joint, and a world that has a shape, too

@@ -197,6 +197,7 @@ def test_whatever_draws_touches_or_senses_is_left_out(tmp_path):
         "tendons both; nothing stands in their place",
         "drives of sites or bodies without a name; nothing stands in their place",
         "the masses of meshes of coupler; bodies have those of other shapes",
+        "keyframes home; write its coordinates under home: in the side file",
     ]
     plain = _loaded(tmp_path, FOUR_BAR, FOUR_BAR_SIDE)
     assert matrix_distance(rs.stiffness(robot).K, rs.stiffness(plain).K) == 0.0

@@ -103,6 +103,7 @@ OPEN = SIDE[: SIDE.index("  e4")]
     "harmless",
     ['<transmission name="t"><joint name="2_to_1"/><actuator name="m"/></transmission>',
      '<gazebo reference="e2"><mu1>0.2</mu1></gazebo><gazebo><plugin name="p"/></gazebo>',
+     '<gazebo reference="e2"><turnGravityOff>False</turnGravityOff><gravity>1</gravity></gazebo>',
      '<gazebo reference="2_to_1"><implicitSpringDamper>true</implicitSpringDamper></gazebo>',
      '<material name="red"/><ros2_control name="c" type="system"/><sensor name="s"/>'],
 )  # fmt: skip
@@ -128,6 +129,7 @@ TOOL = "robostiff: 1\nsource: chosen here\ntool: {link: a, at: [0.5, 0, 0]}\n"
     ("inside", "beside"),
     [("", SPRING_OF_GAZEBO.format("")),
      ('<dynamics damping="1" spring_stiffness="500" spring_reference="0"/>', ""),
+     ("", SPRING_OF_GAZEBO.replace(">500</springStiffness>", ' value="500"/>').format("")),
      ('<dynamics spring_stiffness="500"/>', SPRING_OF_GAZEBO.format(""))],
 )  # fmt: skip
 def test_a_spring_acts_beside_the_drive(inside, beside, tmp_path):
@@ -197,6 +199,12 @@ FOLLOWER = {
      ('"a"/>', '"a"><inertial><mass>2</mass></inertial></link>', "text in <mass> of a"),
      ("</robot>", FOLLOWER["ros2_control"] + "</ros2_control>",
       "joints that follow others by ros2_control or a plugin, j"),
+     ("</robot>", '<gazebo reference="a"><turnGravityOff>true</turnGravityOff></gazebo>',
+      "switches of weights (turnGravityOff, gravity) of a"),
+     ("</robot>", '<gazebo reference="a"><turnGravityOff value="1"/></gazebo>',
+      "switches of weights (turnGravityOff, gravity) of a"),
+     ("</robot>", '<gazebo reference="a"><gravity>0</gravity></gazebo>',
+      "switches of weights (turnGravityOff, gravity) of a"),
      ("</robot>", FOLLOWER["gazebo"] + "</gazebo>",
       "joints that follow others by ros2_control or a plugin, j"),
      ('"a"/>', f'"a"><Inertial>{BODY}</Inertial></link>', "<Inertial> of a"),

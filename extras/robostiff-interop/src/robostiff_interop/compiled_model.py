@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -77,13 +77,17 @@ _OF_LOOPS, _OF_PARTS = ("constraint", "equality"), ("passive", "spring", "actuat
 _NO_LOOPS = ("tendon", "flex", "flexvert", "flexstrain")
 
 
-def kinematic_part(source: Path | str) -> list[tuple[str, Location]]:
-    """What describes bodies and joints in an MJCF file and those that it includes: tags, places."""
+def kinematic_part(source: Path | str) -> tuple[list[tuple[str, Location]], tuple[str, ...]]:
+    """What describes bodies and joints in an MJCF file and those that it includes: tags, places.
+
+    Behind them the names of keyframes, which are not read.
+    """
     root = read_xml(source)
     if root.tag != "mujoco":
         raise root.error("MJCF", got=Words(f"<{root.tag}>"), expected="<mujoco> at the top")
     _Includes(Path(source)).resolve(root)
     warn_of_parts_not_read(_parts_not_read(root))
+    keys = [own.attributes.get("name", "") for own in _all(root) if own.tag == "key"][::-1]
     _keep_kinematics(root)
     _check_number_of_elements(root)
     names = {element.attributes.get(key) for element in _all(root) for key in ("name", "class")}
@@ -95,7 +99,7 @@ def kinematic_part(source: Path | str) -> list[tuple[str, Location]]:
                     got=text,
                     expected=f"finite numbers up to {_LARGEST:g}",
                 )
-    return list(_lines(root))
+    return list(_lines(root)), tuple(keys)
 
 
 class _Includes:
@@ -351,6 +355,7 @@ class CompiledModel:
     sites: tuple[str, ...]
     equalities: tuple[str, ...]
     arrays: dict[str, np.ndarray]  # those of MuJoCo's own model, by the same names
+    keyframes: tuple[str, ...] = ()
 
     def __getattr__(self, key: str) -> np.ndarray:
         """An array of MuJoCo's model."""
@@ -362,9 +367,10 @@ class CompiledModel:
 
 def compiled_model(source: Path | str) -> CompiledModel:
     """The MuJoCo model of a file without what is seen or touched, and the shapes of other files."""
-    lines = kinematic_part(source)
+    lines, keys = kinematic_part(source)
     try:
-        return _compiled("\n".join(tag for tag, _ in lines), str(source))
+        compiled = _compiled("\n".join(tag for tag, _ in lines), str(source))
+        return replace(compiled, keyframes=keys)
     except FileError as error:
         found = _LINE.search(str(error.got))
         if error.location.line is not None or not found or not 0 < int(found[1]) <= len(lines):
@@ -416,7 +422,8 @@ def read_model(model: Any) -> CompiledModel:
         ],
     }
     warn_of_parts_not_read({kind: [(n, place) for n in names] for kind, names in moving.items()})
-    return _from_data(data, place)
+    keys = tuple(model.key(i).name for i in range(model.nkey))
+    return replace(_from_data(data, place), keyframes=keys)
 
 
 ON_JOINTS, _ON_TENDONS = (0, 1), 3

@@ -234,6 +234,7 @@ def _tree(model: CompiledModel, source: Path | str) -> RigidTree:
         joints=tuple(joints),
         loops=loops,
         masses=masses,
+        keyframes=tuple(key or "without a name" for key in model.keyframes),
     )
 
 

@@ -19,7 +19,6 @@ from robostiff.analysis.measures import (
     stiffness_indices,
     stiffness_where_answered,
     values_of,
-    worst_deflection,
 )
 from robostiff.analysis.posed_stiffness import direct_stiffness
 from robostiff.analysis.result import Stiffness
@@ -30,12 +29,12 @@ from robostiff.compiled import (
     Output,
     PrincipalStiffness,
     StiffnessMatrix,
+    TensionsOf,
     WorstDeflection,
 )
 from robostiff.compiled.codes import chunks_of
 from robostiff.elastostatics import Status
-from robostiff.elastostatics.result import scaled_inverse
-from robostiff.errors import InputError, Words
+from robostiff.errors import InputError
 from robostiff.frozen import frozen, replace
 from robostiff.kinematics import find_posture
 from robostiff.linkage import Linkage
@@ -115,6 +114,7 @@ class MapEvaluator:
             _PRINCIPAL: {Quantity.PRINCIPAL_STIFFNESS},
             _WORST: {Quantity.WORST_DEFLECTION},
             DeflectionUnder(self.wrench): {Quantity.DEFLECTION, Quantity.ACTUATOR_FORCES},
+            TensionsOf(getattr(self.robot, "cable_names", ())): {Quantity.TENSIONS},
         }
         return [output for output, quantities in uses.items() if quantities & set(self.quantities)]
 
@@ -133,11 +133,10 @@ class MapEvaluator:
             subject = f"map of {robot.name!r} by a kernel"
             return InputError(subject, got=got, expected=expected, hint=hint)
 
-        if isinstance(robot, CableRobot):
-            subject = "method of a map of cables"
-            raise InputError(subject, got=Words("Compiled()"), expected="Batched(), or none")
         if Quantity.ACTUATOR_FORCES in self.quantities:
             raise refused("actuator forces", "other quantities")
+        if Quantity.DEFLECTION in self.quantities and isinstance(robot, CableRobot):
+            raise refused("deflections of a cable robot", "other quantities")
         free = tuple(coordinate.value for coordinate in getattr(robot, "coordinates", ()))
         joints = [name for name, _ in columns.drives] or None
         if not columns.of_joints and columns.names != free:
@@ -210,6 +209,10 @@ class MapEvaluator:
         if Quantity.DEFLECTION in wanted and DeflectionUnder.name in values:
             twist = values[DeflectionUnder.name]
             results |= {"displacement": twist[:, :d], "rotation": twist[:, d:]}
+        if Quantity.TENSIONS in wanted:
+            results["tension"] = tensions = values[TensionsOf.name]
+            results["least_tension"] = tensions.min(axis=-1)
+            results["greatest_tension"] = tensions.max(axis=-1)
         return results
 
 
@@ -281,21 +284,12 @@ def _of_cables(evaluator: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarr
     robot, columns = cast("CableRobot", evaluator.robot), evaluator.columns
     F = columns.wrenches(poses) if columns.loads else None
     result = cable_stiffness(robot, columns.as_pose(poses), F)
-    K, rank, status = stiffness_where_answered(result), result.rank, result.status_codes
-    C, of_wrench = np.full_like(K, np.nan), any(q.needs_wrench for q in evaluator.quantities)
-    if of_wrench or Quantity.WORST_DEFLECTION in evaluator.quantities:
-        stable = (rank == robot.space.size) & ((status & int(Status.UNSTABLE)) == 0)
-        C[stable] = scaled_inverse(K[stable], result.placed.characteristic_length[stable])
-
-    values = {_STIFFNESS.name: K}
-    if Quantity.WORST_DEFLECTION in evaluator.quantities:
-        values[_WORST.name] = worst_deflection(C)
-    results = evaluator.of_outputs(values, rank)
-    tensions = np.where(result.answered[:, None], result.tensions, np.nan)
-    results |= {"status": status, "tension": tensions}
-    results |= {"least_tension": tensions.min(axis=-1), "greatest_tension": tensions.max(axis=-1)}
-    if of_wrench:
-        x = C @ np.array(evaluator.wrench)  # tensions then are t - k A x
+    status, values = result.status_codes, {_STIFFNESS.name: stiffness_where_answered(result)}
+    for output in {_WORST, TensionsOf(robot.cable_names)} & set(evaluator.outputs):
+        values[output.name] = values_of(output, result)[0]
+    results = evaluator.of_outputs(values, result.rank) | {"status": status}
+    if any(q.needs_wrench for q in evaluator.quantities):
+        x = result.compliances @ np.array(evaluator.wrench)  # tensions then are t - k A x
         change = np.einsum("nij,ni->nj", structure_matrix(result.placed), x)
         tensions = result.tensions - result.axial * change
         slack = np.any(tensions < -_TAUT * result.tensions.max(axis=-1, keepdims=True), axis=-1)

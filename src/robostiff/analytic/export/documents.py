@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -120,8 +121,10 @@ def latex_snippet(derivation: Any) -> str:
     """
     sections: list[list[Any]] = [[]]
     meanings: tuple[Meaning, ...] = ()
+    parts: list[int] = []  # where modules of a machine begin
     for block in outline_of(derivation):
         if isinstance(block, Title):
+            parts += [len(sections)] * (block.level == 2)
             sections.append([])
         elif isinstance(block, Nomenclature):
             meanings = block.rows
@@ -137,29 +140,37 @@ def latex_snippet(derivation: Any) -> str:
         return re.findall(r"sum (?:over (\w+) )?of", texts)
 
     is_leg = isinstance(derivation, LegElimination)
-    name = EntryNames(derivation).result if is_leg else ""
+    machine = getattr(derivation, "in_series", derivation)  # of modules
+    machine = machine if getattr(machine, "modules", ()) else None
+    name = EntryNames(derivation).result
 
     def is_result(block: Any) -> bool:
-        if is_leg:
+        if is_leg or machine:
             return any(x.name == name for x in rows_of(block))
         return isinstance(block, MatrixEquation) or bool(totals(block))
 
     last = max(i for i, section in enumerate(sections) if any(map(is_result, section)))
     blocks = sections[last]
+    if machine:
+        each = pairwise([x for x in parts if x <= last] + [last + 1])
+        blocks = [b for start, end in each for b in _from_matrix(sections[start:end])]
     comments: list[str] = []
     if is_leg and derivation.at_vector_level is None:
         blocks, comments = _in_own_axes(derivation, name), [_OF_W] * bool(derivation.stages)
-    if any(isinstance(b, MatrixEquation) for b in blocks):  # without its beginning w w^T / c
+    elif not machine and any(isinstance(b, MatrixEquation) for b in blocks):
+        # Without its beginning w w^T / c.
         blocks = [b for b in blocks if totals(b) != [""] and not isinstance(b, FormulaTable)]
     wanted = symbols_of(x for b in blocks if isinstance(b, MatrixEquation) for x in b.whole)
     each = [row.expression for row in rows_of(*blocks)]
     wanted |= symbols_of(x for x in each if isinstance(x, sp.Expr))
-    names = []
+    names, shown = list[Any](), {row.name for row in rows_of(*blocks)}
     for row in reversed(rows_of(*(b for section in sections[:last] for b in section))):
-        if row.name in {x.name for x in wanted} and isinstance(row.expression, sp.Expr):
+        is_wanted = row.name in {x.name for x in wanted} - shown
+        if is_wanted and isinstance(row.expression, sp.Expr):
             names.insert(0, row)
             wanted |= row.expression.free_symbols
-    numbers = {str(d.symbol) for d in derivation.as_printed[1] if is_value(d)}
+    definitions = (*derivation.as_printed[1], *(machine.names if machine else ()))
+    numbers = {str(d.symbol) for d in definitions if is_value(d)}
     numbers &= {x.name for x in wanted}
     comments += [
         f"% {', '.join(map(str, symbols))}: {printable(words)}\n"
@@ -174,6 +185,13 @@ def latex_snippet(derivation: Any) -> str:
         else:
             formulas += map(LATEX.in_lines, LATEX.formulas(block))
     return "".join(comments) + "\n\n".join(formulas) + "\n"
+
+
+def _from_matrix(sections: list[list[Any]]) -> list[Any]:
+    """Blocks of a module from its matrix on, or as they stand."""
+    with_matrix = [any(isinstance(b, MatrixEquation) for b in x) for x in sections]
+    first = with_matrix.index(True) if any(with_matrix) else 0
+    return [b for x in sections[first:] for b in x]
 
 
 _OF_W = "% J: twists of the passive joints; W: wrenches that do no work on them, J^T W = 0\n"

@@ -148,7 +148,7 @@ _OF_LINKS = {
 #: Of legs and arms by their springs, in order; {i} is the index of a generic leg, {of} what it is.
 _OF_WALK = {
     "C{i}": "compliance about the reference point, world axes",
-    "p": "reference point",
+    "p(_C)?": "reference point",
     "[RQ]": "rotation of the platform",
     "a_i": "base of leg i",
     "e_i": "axis of its first joint",
@@ -167,9 +167,11 @@ _OF_WALK = {
     "W_i": "wrenches that do no work on its passive joints, side by side",
     "J_i": "twists of its passive joints, side by side",
     "R{i}_.*": "rotations of the parts of the {of}, one after the other",
-    "p{i}_.*": "points between these parts",
+    "p{i}_(?!C$).*": "points between these parts",
     "Q{i}_.*": "axes of a beam",
     "m{i}_.*": "from the reference point to the middle of a beam",
+    r"B_\d+": "axes of the base of a module",
+    r"v_\d+": "from the reference point to the origin of a module's platform",
     "t{i}_.*": "twist of the unit motion of a drive",
     "j{i}_.*": "twist of the unit motion of a passive joint",
     "c": "compliance of a drive",
@@ -201,7 +203,11 @@ def nomenclature_of(
     )
     found = sorted({*names.given, *(names_in(list(blocks)) & formula.meanings.keys())})
     given = dict.fromkeys((*(name for name in first if name in found), *found))
-    return Nomenclature((result, *rows, *meanings_of_given(given, formula.meanings)))
+    words: dict[Any, dict[str, None]] = {}
+    for of, meaning in rows:  # that of a module and of a machine may differ
+        words.setdefault(of, {})[meaning] = None
+    joined = ((of, "; ".join(each)) for of, each in words.items())
+    return Nomenclature((result, *joined, *meanings_of_given(given, formula.meanings)))
 
 
 def meanings_of_legs(
@@ -268,7 +274,7 @@ def _meanings_of_form(found: VectorForm, given: EntryNames) -> list[Meaning]:
     for pattern, words in listed.items():
         one = re.compile(pattern.format(i=index))
         each = [Vector(x) if names[x] else x for x in names if one.fullmatch(x)]
-        is_row = pattern.endswith("_.*") and len(each) > 2
+        is_row = pattern.endswith(".*") and len(each) > 2
         shown = (each[0], "...", each[-1]) if is_row else tuple(each)
         rows += [(shown, words.format(of=of))] if each else []
     coordinates: dict[str, list[str]] = {}

@@ -314,6 +314,7 @@ class Notation(Printer):
             case Turns(turns):
                 named = ((write(Vector(f"R_{axis}")), write(x)) for axis, x in turns)
                 found = " ".join(f"{R}{self.in_brackets(angle)}" for R, angle in named)
+                found = found or self.fixed("1")
             case Columns(vectors):
                 found = self.matrix([list(map(write, vectors))])
             case str():
@@ -356,8 +357,8 @@ class Notation(Printer):
                         rows[-1] = [*rows[-1], self._sum(tokens)]
                         sign = tokens.popleft()
                     factors.append(self.matrix(rows))
-                case "0":
-                    factors.append(self.zero)
+                case "0" | "1" as number:
+                    factors.append(self.zero.replace("0", number))
                 case "×":
                     factors.append(self.cross)
                 case "sum of":

@@ -11,7 +11,7 @@ import sympy as sp
 
 from robostiff.analytic.derivation import InNames, LegDerivation, RobotDerivation
 from robostiff.analytic.exact.definition import Definition, used_definitions
-from robostiff.analytic.export.entries import DIGITS, EntryNames, in_decimals
+from robostiff.analytic.export.entries import DIGITS, EntryNames, in_decimals, readable_matrix
 from robostiff.analytic.export.nomenclature import (
     OF_STRUTS,
     letters_of_beam,
@@ -24,6 +24,7 @@ from robostiff.analytic.export.notation import (
     EquationRows,
     FormulaTable,
     MatrixEquation,
+    Meaning,
     Sentences,
     Title,
     equation,
@@ -46,8 +47,15 @@ _MOST_LINES = 15  # of entries of K and of names, beside which one leg and the t
 def robot_outline(derivation: RobotDerivation) -> list[Block]:
     """The blocks of the derivation of a robot: its legs, their sum, and the nomenclature."""
     names = EntryNames(derivation)
-    blocks: list[Block] = [Title(names.title, level=1), _summary(derivation, names)]
-    blocks += [Sentences(derivation.remark)] * bool(derivation.remark)
+    found, rows = _contents(derivation, names)
+    blocks = [Title(names.title, level=1), _summary(derivation, names), *found]
+    return [*blocks, nomenclature_of(derivation, names, rows, derivation.coordinates, blocks)]
+
+
+def _contents(derivation: RobotDerivation, names: EntryNames) -> tuple[list[Block], list[Meaning]]:
+    """Its legs and their sum, or its modules and theirs; and what names mean."""
+    blocks: list[Block] = [Sentences(derivation.remark)] * bool(derivation.remark)
+    rows: list[Meaning] = []
     form, alone, taken = derivation.vectors, is_vectors_alone(derivation), set(names.given)
     defined = {d.symbol for x in (form, *form.others) for d in x.names} if form else set()
     named = _names_of(derivation, {*names.given, *map(str, defined)})
@@ -66,8 +74,11 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
         blocks += _legs_in_words(derivation, kinds=True)
     elif series is not None:
         # K as the inverse of C is the whole formula: wrenches of an arm say no more.
+        found, rows = _modules(series)
+        blocks += found
         blocks += _series(series, names.result, taken)
-        blocks.append(Sentences(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
+        if not series.modules:
+            blocks.append(Sentences(f"Springs of the arm: {_in_words(derivation.legs[0])}"))
     else:
         closing = tuple(Equation("0", x) for c in derivation.conditions for x in c.equations)
         blocks += [Title("Where the legs close"), EquationRows(closing)]
@@ -81,18 +92,48 @@ def robot_outline(derivation: RobotDerivation) -> list[Block]:
             blocks += _leg_by_leg(derivation, named.legs, names)
         blocks.append(stiffness_equation(names.result, named.K))
     level = None if in_names else derivation.at_vector_level
-    rows = meanings_of_legs(derivation, level, names, () if alone else derivation.definitions)
-    return [*blocks, nomenclature_of(derivation, names, rows, derivation.coordinates, blocks)]
+    by_components = alone or (series is not None and series.modules)
+    steps = () if by_components else derivation.definitions
+    return blocks, [*rows, *meanings_of_legs(derivation, level, names, steps)]
+
+
+def _modules(machine: VectorForm) -> tuple[list[Block], list[Meaning]]:
+    """The robots in an arm, and its links that are given by a matrix."""
+    blocks, rows = list[Block](), list[Meaning]()
+    for number, (words, *_, module) in enumerate(machine.modules, start=1):
+        found, of_module = _module(words, number, module)
+        blocks += found
+        rows += of_module
+    return blocks, rows
+
+
+def _module(words: str, number: int, module: Any) -> tuple[list[Block], list[Meaning]]:
+    """The stiffness of a robot inside a machine, or a compliance, and what its names mean."""
+    K, C, J = (f"{letter}_{number}" for letter in "KCJ")
+    moves: Meaning = (Vector(J),), "moves twists of it to the reference point, world axes"
+    if isinstance(module, sp.ImmutableMatrix):
+        title, rows = Title(f"Link {number}: {words}"), (Vector(C),)
+        of = f"compliance of {words} about its end, in its own axes"
+        return [title, MatrixEquation(C, readable_matrix(module))], [(rows, of), moves]
+    names = EntryNames(module)
+    names.result, is_new = module.name, module.name == K
+    found, rows = _contents(module, names) if is_new else ([equation(K, module.name)], [])
+    inner = [replace(x, level=x.level + 1) if isinstance(x, Title) else x for x in found]
+    meanings = (
+        (K, f"stiffness of {words} about the origin of its platform, in axes of its base"),
+        (C, "its compliance"),
+    )
+    rows = [*(((Vector(name),), of) for name, of in meanings), moves, *rows]
+    return [Title(f"Module {number}: {words}"), *inner, equation(C, f"{K}^-1")], rows
 
 
 def outline_in_vectors(form: VectorForm) -> list[Block]:
     """The blocks of a vector level alone."""
     names = EntryNames(form)
-    if not form.is_arm:
-        blocks = vector_level(form, names.result, set(names.given))
-    else:
-        blocks = _series(form, names.result, set(names.given))
-    rows = meanings_of_legs(form, form, names)
+    blocks, rows = _modules(form)
+    of_level = _series if form.is_arm else vector_level
+    blocks += of_level(form, names.result, set(names.given))
+    rows += meanings_of_legs(form, form, names)
     last = nomenclature_of(form, names, rows, blocks=blocks)
     return [Title(names.title, level=1), *blocks, last]
 
@@ -134,6 +175,10 @@ def _names_of(derivation: RobotDerivation, taken: set[str]) -> InNames:
 
 def _summary(derivation: RobotDerivation, names: EntryNames) -> Sentences:
     start = f"Stiffness about the reference point in world axes, {derivation.where}"
+    if derivation.in_series is not None and derivation.in_series.modules:
+        return Sentences(
+            f"{start}. The machine has modules in series, whose compliances add at this point."
+        )
     if derivation.in_series is not None:
         return Sentences(
             f"{start}. No joint is passive: the stiffness is the inverse of the compliance, to "
@@ -266,7 +311,8 @@ def vector_level(found: VectorForm, result: str, taken: set[str]) -> list[Block]
     title = "In vectors" if alone else "One leg, and what differs between the legs"
     blocks: list[Block] = [Title(title), Sentences(words, formulas)]
     several = len(forms) > 1
-    parts = [f"K_{k + 1}" for k in range(len(forms))] if several else [result]
+    stem = "K" if result[-1].isalpha() else result  # of a robot, or of a module
+    parts = [f"{stem}_{k + 1}" for k in range(len(forms))] if several else [result]
     written: set[Any] = set()
     for k, (form, part) in enumerate(zip(forms, parts, strict=True)):
         if several:
@@ -395,10 +441,19 @@ def _series(found: Any, result: str, taken: set[str]) -> list[Block]:
             equation("K_0", "C^-1"),
             transport(result, "K_0"),
         ]
+    p, printed = Vector("p_C" if found.modules else "p"), set[Any]()
+    for module in (x for *_, x in found.modules if isinstance(x, RobotDerivation)):
+        level = module.vectors if is_vectors_alone(module) else module.named or module
+        printed |= {d.symbol for d in getattr(level, "names", level.definitions)}
+    names = [d for d in found.names if d.symbol not in printed]
+    before = names if found.modules else []
+    words = _SPRINGS_ADD if found.beams else f"{_SPRINGS_ADD.split(', and', maxsplit=1)[0]}."
+    listed = (Vector("t"), p, Vector("m"), p, Vector("Q"))[: words.count("{}")]
     return [
-        title,
-        Sentences(_SPRINGS_ADD, tuple(map(Vector, "tpmpQ"))),
-        *_kind_of_leg(found, result, found.names, (), taken),
+        Title("All modules") if found.modules else title,
+        *[Sentences(words, listed)] * bool(found.beams or found.drives),
+        equations(before),
+        *_kind_of_leg(found, result, () if before else names, (), taken),
         *_compliance_of_springs(found, "C", taken),
         equation(result, "C^-1"),
     ]
@@ -426,11 +481,17 @@ def _tables_of_springs(found: VectorForm, taken: set[str]) -> list[Block]:
 def _compliance_of_springs(
     found: VectorForm, name: str, taken: set[str], *after: Equation
 ) -> list[Block]:
-    """The compliance as a sum over drives and beams, and the equations after it."""
+    """The compliance as a sum over modules, drives and beams, and the equations after it."""
     C = " + ".join(
-        ["sum of $c t t^T"] * bool(found.drives) + ["sum of T D T^T"] * bool(found.beams)
+        [f"J_{k} C_{k} J_{k}^T" for k in range(1, len(found.modules) + 1)]
+        + ["sum of $c t t^T"] * bool(found.drives)
+        + ["sum of T D T^T"] * bool(found.beams)
     )
-    rows: list[tuple[str, Any]] = [(name, C)]
+    moved = [
+        (f"J_{k}", f"[{B}, ({v} ×) {B}; 0, {B}]".replace(") 1", ")"))
+        for k, (_, B, v, _) in enumerate(found.modules, start=1)
+    ]
+    rows: list[tuple[str, Any]] = [(name, C), *moved]
     if found.beams:
         compliances = beam_compliances(*map(sp.Symbol, letters_of_beam(taken)))
         rows += [("T", "[Q, (m ×) Q; 0, Q]"), ("D", sp.Function("diag")(*compliances))]

@@ -40,7 +40,7 @@ _FLOOR = 1e-3  # of K of a robot, beside that of a leg
 _SETS = 1
 _POSES = 3  # for each of them, where the pose has symbols
 _TRIES = 8  # for a set of parameters and a pose at which the legs close
-_SPREADS = (0.02, 0.005, 0.0)  # of the parameters: some robots close at few values
+SPREADS = (0.02, 0.005, 0.0)  # of the parameters: some robots close at few values
 _SEED = 74
 _DRAWN = 12  # random values of symbols without nominal ones
 _PARTS = 2**20
@@ -147,7 +147,7 @@ def closed_places(placed: PlacedRobot, sets: int = _SETS, poses: int = _POSES) -
     is_varied = any(x.free_symbols for x in (placed.given or {}).values())
     poses = poses if is_varied else 1
     checked, complaint = 0, ""
-    for spread in _SPREADS:
+    for spread in SPREADS:
         for _ in range(max(_TRIES, 3 * sets)):
             try:
                 numeric, postures = sampled_robots(placed, random, spread, poses)

@@ -242,7 +242,8 @@ def _parts_of_chain(chain: Chain, prefix: str, leg: str) -> Iterator[_Part]:
     for element in chain.elements:
         name = getattr(element, "name", "")
         if isinstance(element, ParallelBlock):
-            for branch in element.branches:
+            # In a machine also those of the robot that a block is by itself.
+            for branch in (*element.branches, *getattr(element.robot, "legs", ())):
                 yield from _parts_of_chain(branch.chain, f"{prefix}{name}/{branch.name}/", leg)
         else:
             freedoms[name] = getattr(element, "freedoms", ())

@@ -34,6 +34,7 @@ from robostiff.record import Entry, Record
 from robostiff.recorded import RecordedLeg, RecordedRobot, entry_reader, robot_stiffness
 from robostiff.spatial import exact_number
 
+AT_HOME = "in the home configuration"
 _SAMPLES = 5
 _SPREAD = 0.03  # of the nominal values, for the samples
 _SEED = 2011
@@ -325,7 +326,7 @@ def _in_words(
     if at_joints:
         return f"at joint coordinates {', '.join(following)} at which the legs close"
     if not given:
-        where = "in the home configuration"
+        where = AT_HOME
     else:
         where = "at " + ", ".join(
             name if str(value) == name else f"{name} = {value}" for name, value in given.items()

@@ -8,106 +8,40 @@ steps of scalars, by which all else is found: numbers, derivatives, programs.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import fields
 from functools import cached_property
-from itertools import product
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from robostiff.analytic.derivation import Formula
-from robostiff.analytic.exact.definition import Definition, NamedSteps, count_of, used_definitions
+from robostiff.analytic.exact.definition import Definition, used_definitions
 from robostiff.analytic.exact.exact_points import values_of
 from robostiff.analytic.exact.field import ExactField
 from robostiff.analytic.vectors.vector_expressions import (
+    Components,
     Coordinates,
     Equation,
     Turned,
     names_in,
-    value_of,
 )
 from robostiff.errors import InputError
 from robostiff.frozen import field, frozen, replace
 from robostiff.spatial import Space
 
-# Operations of a number from which on it has a name: SymPy asks for its sign by all its digits.
-_LONG = 30
-
-
-class Components(NamedSteps):
-    """Vectors by their components: steps of scalars, in order.
-
-    `taken`: names that stand for something else; `names`: of products of beams and the like,
-    numbers among which are written where they are used.
-
-    Examples
-    --------
-    >>> from robostiff.analytic.vectors.vector_expressions import Norm, Vector
-    >>> x, y = sp.symbols("x y")
-    >>> own = Components(("x", "y"))
-    >>> own.give("d", Coordinates(x + 1, y, 0))
-    >>> own.give("L", Norm(Vector("d")))
-    >>> [f"{d.symbol} = {d.expression}" for d in own.definitions]
-    ['d_x = x + 1', 'L = sqrt(d_x**2 + y**2)']
-    """
-
-    def __init__(self, taken: Iterable[str], names: Sequence[Definition] = ()) -> None:
-        super().__init__(taken)
-        self.known: dict[str, Any] = {}
-        self.add(names)
-
-    def add(self, names: Sequence[Definition]) -> None:
-        """Further names."""
-        for d in names:
-            value = self.value(d.expression)
-            if value.free_symbols and d.symbol.name not in self.known:
-                self.taken.add(d.symbol.name)
-                self.definitions.append(Definition(d.symbol, value))
-            self.known.setdefault(d.symbol.name, d.symbol if value.free_symbols else value)
-
-    def value(self, expression: Any) -> Any:
-        """A scalar, or an array of components: (3,), (6,) of a wrench, (3, 3) of a rotation."""
-
-        def scalar(expression: Any) -> Any:
-            known = {s: self.known.get(s.name) for s in expression.free_symbols}
-            return expression.xreplace({s: x for s, x in known.items() if isinstance(x, sp.Expr)})
-
-        return value_of(expression, self.known, scalar)
-
-    def give(self, name: str, expression: Any, number: str = "") -> None:
-        """Define a name, each of its components with a name of its own.
-
-        `number`: of the leg, in place of the index i, such as ``_1``; ``_1_2`` in place of ij.
-        """
-        value, full = self.value(expression), name
-        if number:
-            full = name.replace("_ij", number).replace("_i", number)
-            full += number * (full == name)
-        if not isinstance(value, np.ndarray):
-            self.known[name] = self.named(full, value)
-            return
-        marks = "xyz" if value.shape == (3,) else range(1, len(value) + 1)
-        places = marks if value.ndim == 1 else [f"{i}{j}" for i, j in product(marks, repeat=2)]
-        each = [self.named(f"{full}_{m}", x) for m, x in zip(places, value.flat, strict=True)]
-        self.known[name] = np.array(each, dtype=object).reshape(value.shape)
-
-    def named(self, name: str, value: Any) -> Any:
-        """A new name for a scalar with symbols, or for a long number."""
-        is_short = not value.free_symbols and count_of(value) <= _LONG
-        return value if is_short else super().named(name, value)
-
 
 def transport(R: Any, v: Any, space: Space) -> sp.Matrix:
     """Wrenches in axes R (3, 3) with an arm v (3, 1) from a point, seen from there (n, n)."""
-    T = sp.Matrix([[R, sp.zeros(3)], [_lever(v, R), R]])
-    return T.extract(list(space.rows), list(space.rows))
+    rows = [(row + 3) % 6 for row in space.rows]
+    return _moved(R, v).extract(rows, rows)
 
 
-def _lever(v: Any, R: Any) -> sp.Matrix:
-    """The vector product of an arm with each column of a matrix (3, 3)."""
-    return sp.Matrix.hstack(*(v.cross(R.col(j)) for j in range(3)))
+def _moved(R: Any, v: Any) -> sp.Matrix:
+    """Twists in axes R (3, 3) at the end of an arm v (3, 1) from a point, seen from there."""
+    lever = sp.Matrix.hstack(*(v.cross(R.col(j)) for j in range(3)))
+    return sp.Matrix([[R, lever], [sp.zeros(3), R]])
 
 
 @frozen
@@ -159,6 +93,10 @@ class VectorForm(Formula):
         middle, and L, EA, EI_y, EI_z and GJ.
     passive : tuple of str
         Names of the twists of passive joints, none of which depends on the others.
+    modules : tuple of (str, str, str, RobotDerivation or sympy.ImmutableMatrix)
+        Robots inside an arm, and links given by a matrix: name, those of their axes, ``1`` for the
+        world's, and of the vector from the reference point to their end, and the derivation of
+        the stiffness, or the compliance, about this point in these axes.
     """
 
     names: tuple[Definition, ...]
@@ -177,6 +115,7 @@ class VectorForm(Formula):
     drives: tuple[tuple[str, str, Any], ...] = ()
     beams: tuple[tuple[str, str, str, tuple[Any, ...]], ...] = ()
     passive: tuple[str, ...] = ()
+    modules: tuple[tuple[str, str, str, Any], ...] = ()
 
     keeps_numbers = is_of_legs = True
 
@@ -235,8 +174,11 @@ class VectorForm(Formula):
 
     def components(self) -> Components:
         """Those of the pose, and names; no name is that of a given symbol."""
-        parts = (getattr(self, f.name) for f in fields(self) if not f.kw_only and f.name != "space")
-        steps = Components(names_in(tuple(parts)), self.names)
+        others = {"space", "modules"}
+        own = (f.name for f in fields(self) if not f.kw_only and f.name not in others)
+        inner = (inner_level(module) for *_, module in self.modules)
+        given = (s.name for level in inner for s in level.free_symbols)
+        steps = Components({*names_in(tuple(getattr(self, x) for x in own)), *given}, self.names)
         for e in self.pose:
             steps.give(e.name, e.expression)
         return steps
@@ -283,6 +225,7 @@ class VectorForm(Formula):
         Each of them takes u u^T/mu, u = K J, mu = J^T u, eq. (15).
         """
         C, rows = sp.zeros(6), list(self.space.rows)
+        units = sp.eye(6)[:, rows]
         for _, twist, compliance in self.drives:
             t = sp.Matrix(steps.known[twist])
             C += steps.value(compliance) * t * t.T
@@ -291,16 +234,33 @@ class VectorForm(Formula):
                 sp.Matrix(steps.known[axes]),
                 sp.diag(*beam_compliances(*map(steps.value, of_beam))),
             )
-            lever = _lever(sp.Matrix(steps.known[middle]), Q)
-            T = sp.Matrix([[Q, lever], [sp.zeros(3), Q]])
+            T = _moved(Q, sp.Matrix(steps.known[middle]))
             C += T * D * T.T
+        known: dict[Any, Any] = {}
+        for place, (_, axes, point, module) in enumerate(self.modules, start=1):
+            of = f"_{place}_"
+            if module not in known and isinstance(module, sp.MatrixBase):
+                C_i = module.applyfunc(steps.value).extract(rows, rows)
+                known[module] = steps.entries(C_i, f"C{of}")
+            elif module not in known:
+                level = inner_level(module)
+                K_i = steps.entries(steps.with_steps(level.K, level.definitions), f"K{of}")
+                known[module] = steps.inverse(K_i, f"b{of}", f"C{of}")
+            B = sp.eye(3) if axes == "1" else sp.Matrix(steps.known[axes])
+            T = _moved(B, sp.Matrix(steps.known[point]))
+            T = T.extract(rows, rows)
+            C += units * T * known[module] * T.T * units.T
         step = f"a{number}_" if number else "a"
         K: Any = steps.inverse(steps.entries(C.extract(rows, rows), f"C{number}_"), step)
         for k, twist in enumerate(self.passive, start=1):
             J = sp.Matrix(steps.known[twist]).extract(rows, [0])
             *_, K = steps.eliminate(K, J, f"{number}_{k}")
-        units = sp.eye(6)[:, rows]
         return [((units * K).col(k), None, units.col(k)) for k in range(len(rows))]
+
+
+def inner_level(module: Any) -> Any:
+    """Of a module's formula in names, where it has some; of a link its compliance."""
+    return getattr(module, "named", None) or module
 
 
 def beam_compliances(L: Any, EA: Any, EI_y: Any, EI_z: Any, GJ: Any) -> list[Any]:

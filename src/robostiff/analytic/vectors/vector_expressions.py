@@ -5,9 +5,10 @@ They are nodes that SymPy replaces, compares and keeps, and that it does not sim
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields, is_dataclass
 from functools import reduce
+from itertools import product
 from operator import add, matmul
 from typing import Any
 
@@ -16,6 +17,7 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 from sympy.core.symbol import Str
 
+from robostiff.analytic.exact.definition import Definition, NamedSteps, count_of
 from robostiff.frozen import frozen
 
 #: A vector, a wrench, a rotation or a scalar.
@@ -193,3 +195,78 @@ def names_in(part: Any) -> set[str]:
     elif not isinstance(part, list | tuple | dict):
         return set()
     return set().union(*map(names_in, part.values() if isinstance(part, dict) else part))
+
+
+# Operations of a number from which on it has a name: SymPy asks for its sign by all its digits.
+_LONG = 30
+
+
+class Components(NamedSteps):
+    """Vectors by their components: steps of scalars, in order.
+
+    `taken`: names that stand for something else; `names`: of products of beams and the like,
+    numbers among which are written where they are used.
+
+    Examples
+    --------
+    >>> x, y = sp.symbols("x y")
+    >>> own = Components(("x", "y"))
+    >>> own.give("d", Coordinates(x + 1, y, 0))
+    >>> own.give("L", Norm(Vector("d")))
+    >>> [f"{d.symbol} = {d.expression}" for d in own.definitions]
+    ['d_x = x + 1', 'L = sqrt(d_x**2 + y**2)']
+    """
+
+    def __init__(self, taken: Iterable[str], names: Sequence[Definition] = ()) -> None:
+        super().__init__(taken)
+        self.known: dict[str, Any] = {}
+        self.add(names)
+
+    def add(self, names: Sequence[Definition]) -> None:
+        """Further names."""
+        for d in names:
+            value = self.value(d.expression)
+            if value.free_symbols and d.symbol.name not in self.known:
+                self.taken.add(d.symbol.name)
+                self.definitions.append(Definition(d.symbol, value))
+            self.known.setdefault(d.symbol.name, d.symbol if value.free_symbols else value)
+
+    def with_steps(self, M: Any, definitions: Sequence[Definition]) -> Any:
+        """A matrix in steps of its own, which have other names where theirs are taken."""
+        own: dict[Any, Any] = {}
+        for d in definitions:
+            value = self.value(d.expression.xreplace(own))
+            if Definition(d.symbol, value) not in self.definitions:
+                own[d.symbol] = self.named(d.symbol.name, value)
+        return M.applyfunc(lambda x: self.value(x.xreplace(own)))
+
+    def value(self, expression: Any) -> Any:
+        """A scalar, or an array of components: (3,), (6,) of a wrench, (3, 3) of a rotation."""
+
+        def scalar(expression: Any) -> Any:
+            known = {s: self.known.get(s.name) for s in expression.free_symbols}
+            return expression.xreplace({s: x for s, x in known.items() if isinstance(x, sp.Expr)})
+
+        return value_of(expression, self.known, scalar)
+
+    def give(self, name: str, expression: Any, number: str = "") -> None:
+        """Define a name, each of its components with a name of its own.
+
+        `number`: of the leg, in place of the index i, such as ``_1``; ``_1_2`` in place of ij.
+        """
+        value, full = self.value(expression), name
+        if number:
+            full = name.replace("_ij", number).replace("_i", number)
+            full += number * (full == name)
+        if not isinstance(value, np.ndarray):
+            self.known[name] = self.named(full, value)
+            return
+        marks = "xyz" if value.shape == (3,) else range(1, len(value) + 1)
+        places = marks if value.ndim == 1 else [f"{i}{j}" for i, j in product(marks, repeat=2)]
+        each = [self.named(f"{full}_{m}", x) for m, x in zip(places, value.flat, strict=True)]
+        self.known[name] = np.array(each, dtype=object).reshape(value.shape)
+
+    def named(self, name: str, value: Any) -> Any:
+        """A new name for a scalar with symbols, or for a long number."""
+        is_short = not value.free_symbols and count_of(value) <= _LONG
+        return value if is_short else super().named(name, value)

@@ -7,6 +7,7 @@ the axes of a body are those of its joints instead: no angle is needed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ from robostiff.model import (
     Joint,
     JointKind,
     Link,
+    ParallelBlock,
     Passive,
     PlacedSpring,
     Rigid,
@@ -78,6 +80,8 @@ class Walk:
         self.drives: list[tuple[str, str, Any]] = []
         self.passive: list[str] = []
         self.beams: list[tuple[str, str, str, tuple[Any, ...]]] = []
+        self.modules: list[tuple[str, str, str, Any]] = []
+        self.robots: Mapping[str, Any] = {}  # in a machine their stiffness, by the names of blocks
         self._index, self._axes, self._rotations = index, list(axes), rotations or {}
         self._away = [] if reference is None else [(-1, reference)]
         self._turns: set[str] = set()  # names of rotations on the way
@@ -119,6 +123,10 @@ class Walk:
                 for beam in element.beams:
                     length = beam.fixed + beam.share * extension
                     self.beam(next(springs), element.axes, element.direction * length)
+            elif isinstance(element, ParallelBlock) and element.name in self.robots:
+                place += sum(branch.chain.size for branch in element.branches)
+                self._module(element.name, (), element.robot.home.p, self.robots[element.name])
+                self.turn(turns_of(element.robot.home.R))
             else:
                 raise UnusualPartError
 
@@ -145,7 +153,8 @@ class Walk:
             if found is not None:
                 self._new_rotation(found)
         elif screw.turns:
-            places, angle = [i for i, x in enumerate(axis) if x != 0], self.read(q)
+            angle = self.read(q) if isinstance(q, Entry) else exact_angle(q)
+            places = [i for i, x in enumerate(axis) if x != 0]
             if len(places) == 1:
                 self.turn((("xyz"[places[0]], axis[places[0]] * angle),))
             else:  # there, about x, and back
@@ -175,28 +184,54 @@ class Walk:
 
     def beam(self, spring: PlacedSpring, axes: Any, to: Any) -> None:
         """A beam that runs to a point of the present frame."""
-        found = recognised_beam(spring, self.placed.record)
+        found, turns = recognised_beam(spring, self.placed.record), turns_of(axes)
         if found is None:
-            raise UnusualPartError
+            if not self.robots or spring.elasticity.freedoms.shape[1]:
+                raise UnusualPartError
+            C = sp.ImmutableMatrix(6, 6, [self.read(x) for x in spring.elasticity.compliance.flat])
+            self._module(spring.name, turns, to, C)
+            return
         along, products = found
-        turns = turns_of(axes)
-        axes_of_beam = self._free("Q")
-        expression: VectorExpression = Turns(*turns)
-        if self.rotation is not None:
-            expression = Turned(self.rotation, expression) if turns else Vector(self.rotation)
-        elif self._axes:
-            raise UnusualPartError
-        self.equations.append(Equation(axes_of_beam, expression))
+        axes_of_beam = self._given("Q", self._turned_axes(turns))
         half = np.array(to, dtype=object) * sp.Rational(1, 2)
         self.go(half)
-        middle = self._free("m")
-        self._arms.append(Equation(middle, _sum([*terms_of(self.here()), *self._away])))
+        middle = self._arm("m")
         self.go(half)
         of_beam = (
             self.read.length(along),
             *(self.read(products[x]) for x in ("EA", "EI_y", "EI_z", "GJ")),
         )
         self.beams.append((spring.name, axes_of_beam, middle, of_beam))
+
+    def _module(self, name: str, turns: _Turns, to: Any, found: Any) -> None:
+        """A robot, or a link that has a compliance, which ends at a point of the present frame."""
+        axes = self._turned_axes(turns)
+        axes = "1" if axes == Turns() else self._given("B", axes)
+        self.go(to)
+        if not isinstance(found, sp.MatrixBase):
+            named = replace(found, name=f"K_{len(self.modules) + 1}")
+            each = (x for *_, x in self.modules if getattr(x, "K", None) is named.K)
+            found = next(each, named)
+        self.modules.append((name, axes, self._arm("v"), found))
+
+    def _turned_axes(self, turns: _Turns) -> VectorExpression:
+        """Axes in the present frame, as a rotation in the world."""
+        if self.rotation is None and self._axes:
+            raise UnusualPartError
+        if self.rotation is None:
+            return Turns(*turns)
+        return Turned(self.rotation, Turns(*turns)) if turns else Vector(self.rotation)
+
+    def _given(self, letter: str, expression: VectorExpression) -> str:
+        """The name of an equation that is added."""
+        self.equations.append(Equation(self._free(letter), expression))
+        return self.equations[-1].name
+
+    def _arm(self, letter: str) -> str:
+        """The name of the vector from the reference point to the present point."""
+        arm = Equation(self._free(letter), _sum([*terms_of(self.here()), *self._away]))
+        self._arms.append(arm)
+        return arm.name
 
     def go(self, to: Any) -> None:
         """Move to a point of the present frame."""
@@ -213,8 +248,7 @@ class Walk:
             self._new_rotation(turn if self.rotation is None else Turned(self.rotation, turn))
 
     def _new_rotation(self, expression: VectorExpression) -> None:
-        self.rotation = self._free("R")
-        self.equations.append(Equation(self.rotation, expression))
+        self.rotation = self._given("R", expression)
         self._turns.add(self.rotation)
 
     def turned(self, vector: VectorExpression) -> VectorExpression:
@@ -236,8 +270,7 @@ class Walk:
         here = self.here()
         if isinstance(here, Vector):
             return here
-        name = self._free("p")
-        self.equations.append(Equation(name, here))
+        name = self._given("p", here)
         self.terms, self.offset = [(1, Vector(name))], [sp.Integer(0)] * 3
         return Vector(name)
 

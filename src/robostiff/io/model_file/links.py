@@ -26,6 +26,7 @@ from robostiff.elasticity import (
     i_section,
     in_element_axes,
     rectangle,
+    shear_compliance,
     tapered_compliance,
     tube,
 )
@@ -168,7 +169,10 @@ SectionChoice = WordOr[WrittenSection]
 
 Theory = Literal["euler-bernoulli", "timoshenko"]
 
-THEORIES: dict[str, BeamTheory] = {"euler-bernoulli": EulerBernoulli(), "timoshenko": Timoshenko()}
+THEORIES: dict[Theory | None, BeamTheory] = {
+    "euler-bernoulli": EulerBernoulli(),
+    "timoshenko": Timoshenko(),
+}
 
 
 class WrittenStock(WrittenMapping):
@@ -197,7 +201,7 @@ def build_material(place: Place, written: MaterialChoice) -> Material:
 
 
 def build_section(
-    place: Place, written: SectionChoice, material: Material, theory: BeamTheory
+    place: Place, written: SectionChoice, material: Material, theory: BeamTheory | None
 ) -> CrossSection:
     """The section that is named or written at a place, of a beam of this material and theory."""
     if isinstance(written, WrittenSection):
@@ -210,7 +214,8 @@ def build_section(
         section_place = replace(place, path=("sections", written), leg="")
         section = place.sections[written].build(section_place, material)
     with place.complaints(hint="write them beside A, or leave theory: timoshenko out"):
-        theory.shear_factors(section)
+        if theory is not None:
+            theory.shear_factors(section)
     return section
 
 
@@ -294,7 +299,7 @@ class WrittenBeam(WrittenMass):
     y_axis: Direction | None = None
     material: MaterialChoice = Field(description=_MATERIAL)
     section: SectionChoice | None = None
-    theory: Theory = "euler-bernoulli"
+    theory: Theory | None = None
     taper: Annotated[list[WrittenSegment], Field(min_length=1)] | None = None
 
     def build(self, place: Place, name: str) -> Link:
@@ -303,7 +308,7 @@ class WrittenBeam(WrittenMass):
         if not np.any(to) or (to.dtype != object and np.linalg.norm(to) < _SHORTEST):
             expected = f"a point away from the beam's start, by {_SHORTEST:g} m or more"
             raise (place / "to").error("end of the beam", got=self.to, expected=expected)
-        theory = THEORIES[self.theory]
+        theory = THEORIES.get(self.theory)
         y_axis = None if self.y_axis is None else (place / "y_axis").direction(self.y_axis)
         masses = self.masses(place)
         material = build_material(place / "material", self.material)
@@ -333,9 +338,12 @@ class WrittenBeam(WrittenMass):
         with place.complaints():
             compliance = tapered_compliance(segments, theory)
             each = tuple(beam_compliance(s.length, s.material, s.section, theory) for s in segments)
+            shear = shear_compliance(segments) if theory is None else None
             bounds = [x for s in segments for x in (*s.material.bounds, *s.section.bounds)]
             bounds += (Bounds("length of a segment", s.length) for s in segments)
-            elasticity = Elasticity(compliance, bounds=tuple(bounds), segments=each)
+            elasticity = Elasticity(
+                compliance, bounds=tuple(bounds), segments=each, shear_left_out=shear
+            )
             spread: list[Mass] = []  # of the segments, as far as their densities are known
             start: Any = 0
             for segment in segments:
@@ -404,7 +412,7 @@ class WrittenTelescopicBeam(WrittenMapping):
     fixed: Length = 0.0
     material: MaterialChoice = Field(description=_MATERIAL)
     section: SectionChoice = Field(description=_SECTION)
-    theory: Theory = "euler-bernoulli"
+    theory: Theory | None = None
     mass: Value | None = None
 
     def build(self, place: Place, *, alone: bool) -> TelescopicBeam:
@@ -420,7 +428,7 @@ class WrittenTelescopicBeam(WrittenMapping):
         if self.share is None:
             numbers["share"] = 1.0 if alone else 0.0
         material = build_material(place / "material", self.material)
-        theory = THEORIES[self.theory]
+        theory = THEORIES.get(self.theory)
         section = build_section(place / "section", self.section, material, theory)
         mass = read_mass(place / "mass", self.mass)
         with place.complaints():

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeVar
@@ -13,7 +12,7 @@ from annotated_types import MaxLen, MinLen
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, StringConstraints, Tag
 from pydantic_core import core_schema
 
-from robostiff.errors import FileError, InputError, Words, warn_of_slip
+from robostiff.errors import FileError, InputError, Words
 from robostiff.frozen import field, frozen
 from robostiff.io.document import Document, DocumentPlace
 from robostiff.io.expression import FLOATS, Mathematics, ParameterError, parameter_values, parse
@@ -21,7 +20,7 @@ from robostiff.io.suggest import as_in_a_file
 from robostiff.io.units import Dimension, SIQuantity, question, to_si
 from robostiff.io.validation import plain
 from robostiff.model import Mass
-from robostiff.model.checks import FARTHEST, rotation_matrix, unit_vector
+from robostiff.model.checks import rotation_matrix, unit_vector
 from robostiff.spatial import Frame, is_formula
 from robostiff.spatial.formula import exact_array, exact_arrays, is_above, length_of
 from robostiff.spatial.rotation import matrix_of_rotation
@@ -31,7 +30,6 @@ _LARGEST_OF = {Dimension.LENGTH: 1e9, Dimension.AREA: 1e18, Dimension.ANGLE: 1e9
 # The smallest positive value, below the size of an atom.
 _LEAST = 1e-30
 _LEAST_OF = {Dimension.LENGTH: 1e-12, Dimension.AREA: 1e-24, Dimension.SECOND_MOMENT: 1e-48}
-_SMALL = re.compile(r"[-+]?[0-9.]+ *(mm|cm|um)")
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 """Unit vectors of a frame by name."""
 
@@ -58,9 +56,19 @@ class Place(DocumentPlace):
         return self.mathematics is not FLOATS
 
     def number(
-        self, value: Value, dimension: Dimension, *, positive: bool = False, hint: str | None = None
+        self,
+        value: Value,
+        dimension: Dimension,
+        *,
+        positive: bool = False,
+        hint: str | None = None,
+        beside: Iterable[Any] = (),
     ) -> Any:
-        """What is written here, in SI units; the hint says what else, where it must be positive."""
+        """What is written here, in SI units; the hint says what else, where it must be positive.
+
+        Warns of a number that was probably meant in the unit of what is written `beside` it, or
+        beside a parameter.
+        """
         has_unit = False
         with self.complaints():
             if isinstance(value, str):
@@ -81,7 +89,14 @@ class Place(DocumentPlace):
         if expected is not None:
             got = self._as_written(value)
             raise self.error(dimension.noun, got=got, expected=expected, hint=hint)
-        question(number, dimension, self.document.location, self.path, has_unit=has_unit)
+        if isinstance(value, str):  # names of parameters
+            beside = self.document.data.get("parameters", {}).values()
+        question(
+            *(number, dimension, self.document.location, self.path),
+            has_unit=has_unit,
+            got=value,
+            beside=beside,
+        )
         return number
 
     def plain_vector(self, written: list[Any], dimension: Dimension) -> list[float]:
@@ -102,17 +117,17 @@ class Place(DocumentPlace):
     ) -> Any:
         """The number under a key of what is written here, in SI units; None without one."""
         value, here = getattr(written, key), self / key
-        return None if value is None else here.number(value, dimension, positive=positive)
+        return (
+            None
+            if value is None
+            else here.number(value, dimension, positive=positive, beside=vars(written).values())
+        )
 
     def vector(self, written: list[Any], dimension: Dimension) -> np.ndarray:
-        """Numbers of one dimension; warns of metres beside millimetres, as in ``[50, 0, 3 mm]``."""
-        small = [found for value in written if (found := _SMALL.fullmatch(str(value)))]
-        for i, value in enumerate(written if small else ()):
-            if not isinstance(value, str) and 1 <= abs(value) <= FARTHEST:
-                ways = f"write {value} {small[0][1]}, or {value} m"
-                place, other = self.document.location((self / i).path), small[0][0]
-                warn_of_slip(f"{place}: {value} without a unit beside {other}; {ways}")
-        return np.array([(self / i).number(value, dimension) for i, value in enumerate(written)])
+        """Numbers of one dimension."""
+        return np.array(
+            [(self / i).number(x, dimension, beside=written) for i, x in enumerate(written)]
+        )
 
     def point(self, written: list[Any] | None) -> np.ndarray:
         """Three lengths (3,) [m]; zero when nothing is written."""

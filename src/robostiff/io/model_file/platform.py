@@ -85,12 +85,12 @@ class WrittenPlatformBeam(WrittenMember):
     material: MaterialChoice = Field(description="a name, such as steel")
     section: SectionChoice = Field(description="a name, or {circle: {diameter: 20 mm}}")
     y_axis: Direction | None = None
-    theory: Theory = "euler-bernoulli"
+    theory: Theory | None = None
 
     def build(self, place: Place, name: str, nodes: dict[str, PlatformNode]) -> PlatformPart:
         """The beam."""
         a, b = ends_of(place, self.between, nodes)
-        theory = THEORIES[self.theory]
+        theory = THEORIES.get(self.theory)
         material = build_material(place / "material", self.material)
         section = build_section(place / "section", self.section, material, theory)
         y_axis = None if self.y_axis is None else (place / "y_axis").direction(self.y_axis)

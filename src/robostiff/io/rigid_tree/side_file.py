@@ -67,7 +67,7 @@ class WrittenLinkBeam(WrittenMapping):
     y_axis: Direction | None = None
     material: MaterialChoice = Field(description="a name, such as steel, or {E: 70 GPa, ...}")
     section: SectionChoice | None = None
-    theory: Theory = "euler-bernoulli"
+    theory: Theory | None = None
     taper: Annotated[list[WrittenSegment], MinLen(1)] | None = None
 
 
@@ -323,6 +323,10 @@ class DescribedTree:
                     (place if alone else place / i).any_number("coordinate", *pair)
                     for i, pair in enumerate(zip(entries, dimensions, strict=True))
                 )
+        if self.tree.keyframes and not coordinates:
+            names = listing(self.tree.keyframes, 12)
+            instead = "write its coordinates under home: in the side file"
+            warn_of_slip(f"{self.tree.file}: not read: keyframes {names}; {instead}")
         return coordinates
 
     def warn_of_stiffnesses(self, loaded: Collection[str]) -> None:

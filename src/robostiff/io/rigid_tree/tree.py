@@ -254,6 +254,7 @@ class RigidTree:
     joints: tuple[TreeJoint, ...]
     loops: tuple[TreeLoop, ...] = ()
     masses: Mapping[str, Mass] = field(default_factory=dict)  #: of links, in their frames
+    keyframes: tuple[str, ...] = ()  #: postures of the description, which are not read
 
     def __post_init__(self) -> None:
         if len(self.links) > MOST_LINKS:

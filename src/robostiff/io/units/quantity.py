@@ -8,10 +8,11 @@ mechanics, but ``10 deg`` is never taken for a plain number nor ``10 N m/rad`` f
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import Enum
 from fractions import Fraction
 from numbers import Real
@@ -405,13 +406,6 @@ def parse_quantities(
     ]
 
 
-# Elastic moduli [Pa]: with a unit, and as bare numbers, which are often in another unit.
-_SOFTEST, _SOFTEST_BARE, _HARDEST = 1e3, 1e6, 1e13
-_LIGHTEST = 25.0  # density of a foam [kg/m^3]
-# Advance of a screw in one turn [m].
-_STEEPEST = 2.0
-
-
 def question(
     number: float,
     dimension: Dimension,
@@ -420,40 +414,63 @@ def question(
     *,
     has_unit: bool = False,
     in_si: bool = False,
+    got: object = None,
+    beside: Iterable[object] = (),
 ) -> None:
     """Warn when a number, in SI units, is probably meant in another unit.
 
     Where it is written is looked up for a warning only; `in_si` says that no unit can be written
-    there.
+    there. Without a unit, it is compared with the quantities `beside` it: 50 is nearer to 3 mm as
+    50 mm than as 50 m. `got` is what is written.
     """
     number = float(number)
+    words, unit = "", ""
     if dimension in _LARGEST:
-        largest, words, unit = _LARGEST[dimension]
+        largest, called, unit = _LARGEST[dimension]
         meant = has_unit and dimension is Dimension.ANGLE  # turns that are written in degrees
-        if meant or abs(number) <= largest:
-            return
-        words = words.format(number)
-    elif dimension is Dimension.DENSITY:
-        if has_unit or not 0 < number < _LIGHTEST:
-            return
-        words, unit = f"a density of {number:g} kg/m^3", "g/cm^3"
-    else:
+        words = "" if meant or abs(number) <= largest else called
+    elif dimension in _LEAST_BARE:
+        least, called, unit = _LEAST_BARE[dimension]
+        words = called if 0 < number < least and not has_unit else ""
+    elif dimension is Dimension.MODULUS:
         softest = _SOFTEST if has_unit else _SOFTEST_BARE
-        if dimension is not Dimension.MODULUS or softest <= number <= _HARDEST:
-            return
-        words, unit = f"an elastic modulus of {number:g} Pa", "GPa" if number < _SOFTEST else "MPa"
+        words = "" if softest <= number <= _HARDEST else "an elastic modulus of {:g} Pa"
+        unit = "GPa" if number < _SOFTEST else "MPa"
         if number > _HARDEST:
             words, unit = f"{words}, harder than diamond", ""
-    if unit:
+    words = words.format(number)
+    if words and unit:
         words += f"; in {'degrees' if unit == 'deg' else unit}?"
         if not has_unit:
             words += " numbers here are in SI units" if in_si else f" write {number:g} {unit}"
-    warn_of_slip(f"{location(path)}: {words}")
+    near = [(math.inf, "", "")]
+    for other in beside if number and dimension.si_unit and not (words or has_unit) else ():
+        match = _QUANTITY.fullmatch(other) if isinstance(other, str) else None
+        with contextlib.suppress(InputError):  # it has an error of its own
+            value = parse_quantity(match[0]) if match else None
+            if match and value and value.measures(dimension) and value.magnitude:
+                sizes = (value.magnitude, float(match[1]))
+                far = [abs(math.log(abs(number)) - math.log(abs(size))) for size in sizes]
+                near += [(far[0], "", ""), (far[1], match[0], match[2])]
+    *_, text, unit = min(near)
+    if unit:
+        words = f"{got} without a unit beside {text}; write {number:g} {unit}"
+        words += f", or {number:g} {dimension.si_unit}"
+    if words:
+        warn_of_slip(f"{location(path)}: {words}")
 
 
+# Elastic moduli [Pa]: with a unit, and as bare numbers, which are often in another unit.
+_SOFTEST, _SOFTEST_BARE, _HARDEST = 1e3, 1e6, 1e13
+_QUANTITY = re.compile(rf"[-+]?({NUMBER.pattern}) *(\D.*)")
 # Beyond it a number is probably a slip; what it is called, and the unit that is probably meant.
 _LARGEST = {
     Dimension.LENGTH: (FARTHEST, "a length of {:g} m", "mm"),
-    Dimension.ADVANCE_PER_TURN: (_STEEPEST, "an advance of {:g} m in one turn", "mm"),
+    Dimension.ADVANCE_PER_TURN: (2.0, "an advance of {:g} m in one turn", "mm"),
     Dimension.ANGLE: (FULL_TURN, "an angle of {:g} rad", "deg"),
+}
+# The same for numbers without a unit below it.
+_LEAST_BARE = {
+    Dimension.DENSITY: (25.0, "a density of {:g} kg/m^3", "g/cm^3"),  # of a foam
+    Dimension.TRANSLATIONAL_STIFFNESS: (1e4, "a stiffness of {:g} N/m", "N/um"),
 }

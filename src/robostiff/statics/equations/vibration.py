@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from robostiff.frozen import field, frozen
 from robostiff.kept import kept
 from robostiff.model import PlacedMass, PlacedSpring
+from robostiff.one_thread import in_one_thread
 from robostiff.spatial import cross, twist_transport
 from robostiff.statics.chains.elements import Spot
 from robostiff.statics.chains.legs import Legs, State
@@ -294,12 +295,17 @@ def vibrations(
     for i, own in enumerate(signs):
         B, Z = assembled(i)
         if not np.all(own > 0):
-            found.append(_without_stiffness(Z, own, B))
+            found.append(_without_stiffness(Z, own, B, r))
             continue
-        values = np.linalg.svd(B, compute_uv=False)  # most of the time where legs have masses
-        k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
-        found.append((1.0 / values[:k] ** 2, partial(_shapes, partial(assembled, i), k, r)))
+        values = _massive(B)  # most of the time where legs have masses
+        found.append((1.0 / values**2, partial(_shapes, partial(assembled, i), len(values), r)))
     return found
+
+
+def _massive(B: np.ndarray) -> np.ndarray:
+    """Singular values of the motions that have mass, largest first."""
+    values = np.linalg.svd(B, compute_uv=False)
+    return values[values > _MASSLESS * np.max(values, initial=0.0)]
 
 
 def _by_component(block: ComponentBlock, rows: np.ndarray, chains: np.ndarray) -> np.ndarray:
@@ -331,6 +337,7 @@ def _motions_of_platform(known: Linearised) -> np.ndarray:
     return free @ np.swapaxes(Vt, -1, -2) / np.where(sizes > _RIGID * most, sizes, most)[:, None]
 
 
+@in_one_thread
 def _shapes(
     assembled: Callable[[], tuple[np.ndarray, np.ndarray]], count: int, r: int
 ) -> np.ndarray:
@@ -352,18 +359,35 @@ def _shapes(
     return found
 
 
-def _without_stiffness(Z: np.ndarray, signs: np.ndarray, B: np.ndarray) -> Vibrations:
-    """Where some motion of unit energy meets no stiffness, or a negative one."""
+def _without_stiffness(Z: np.ndarray, signs: np.ndarray, B: np.ndarray, r: int) -> Vibrations:
+    """Where some motion of unit energy meets no stiffness, or a negative one.
+
+    Free motions with mass have the frequency zero, and the others leave these at rest. What is left
+    without a negative stiffness keeps the digits of its slow motions.
+    """
+    size, free = np.linalg.norm(Z, axis=0), signs == 0
+    U, s, Vt = np.linalg.svd((B / size)[:, free], full_matrices=False)
+    k = int(np.sum(s > _MASSLESS * np.linalg.norm(B / size)))
+    drifts = (Z / size)[:, free] @ (Vt[:k].T / s[:k])
+    along = U[:, :k].T @ B[:, ~free]
+    B, Z, signs = B[:, ~free] - U[:, :k] @ along, Z[:, ~free] - drifts @ along, signs[~free]
+    if np.all(signs > 0):
+        values = _massive(B)
+        own = partial(_shapes, lambda: (B, Z), len(values), r)
+        return np.append(np.zeros(k), 1.0 / values**2), lambda: np.concatenate([drifts.T, own()])
     _, values, Vt = np.linalg.svd(B)
-    k = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
-    heavy, light = Vt[:k].T / values[:k], Vt[k:].T
+    m = int(np.sum(values > _MASSLESS * np.max(values, initial=0.0)))
+    heavy, light = Vt[:m].T / values[:m], Vt[m:].T
     w, Q = np.linalg.eigh((light.T * signs) @ light)
     stiff = np.abs(w) > _LOOSE
     follow = light @ Q[:, stiff]
     moved = heavy - follow @ (((follow.T * signs) @ heavy) / w[stiff][:, None])
     squares, modes = np.linalg.eigh((moved.T * signs) @ moved)
     none = np.abs(squares) <= _LOOSE * np.max(np.abs(squares), initial=0.0)
-    return np.where(none, 0.0, squares), partial(np.array, (Z @ moved @ modes).T)
+    squares = np.append(np.zeros(k), np.where(none, 0.0, squares))
+    motions = np.concatenate([drifts.T, (Z @ moved @ modes).T])
+    order = np.argsort(squares, kind="stable")
+    return squares[order], partial(np.array, motions[order])
 
 
 def mass_rows(
