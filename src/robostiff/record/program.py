@@ -59,14 +59,6 @@ class Program:
     steps : ProgramSteps
     outputs : tuple of int
         Steps that are the results.
-
-    Examples
-    --------
-    >>> record = Record({"x": [1.0], "y": [2.0]})
-    >>> x, y = record.input("x"), record.input("y")
-    >>> program = Program.of(record, [x * y + 1, 3.0])
-    >>> [float(value) for value in program.evaluate({"x": 2.0, "y": 5.0})]
-    [11.0, 3.0]
     """
 
     inputs: tuple[str, ...]

@@ -93,15 +93,6 @@ class Record:
         come from another record and nothing is to be decided.
     most : int, optional
         How many steps it may have. One more raises a `NoAnswerError`.
-
-    Examples
-    --------
-    >>> record = Record({"x": [1.0, 2.0]})
-    >>> x = record.input("x")
-    >>> ((x + 1) * (1 + x)).sample
-    array([4., 9.])
-    >>> record.size
-    4
     """
 
     def __init__(self, inputs: Mapping[str, ArrayLike], most: int | None = None) -> None:
@@ -306,14 +297,6 @@ class Entry:
     record : Record
     step : int
         Which step of the record.
-
-    Examples
-    --------
-    >>> x = Record({"x": [3.0]}).input("x")
-    >>> 0 * x + x * 1 - x
-    0
-    >>> (np.array([x, 2], dtype=object) @ np.array([x, x], dtype=object)).sample
-    array([15.])
     """
 
     __slots__ = ("record", "step")

@@ -228,16 +228,7 @@ class Atoms:
 
 @cacheit
 def prepare(expression: Any) -> Any:
-    """A SymPy expression in the functions of a field; floats as exact decimals.
-
-    Examples
-    --------
-    >>> a = sp.Symbol("a")
-    >>> prepare(0.25 * sp.sin(2 * a))
-    sin(a)*cos(a)/2
-    >>> prepare(sp.sqrt(3 + 2 * sp.sqrt(2)))
-    1 + sqrt(2)
-    """
+    """A SymPy expression in the functions of a field; floats as exact decimals."""
     prepared: Any = sp.sympify(expression)
     if prepared.is_Symbol or prepared.is_Rational:
         return prepared

@@ -296,13 +296,7 @@ def _sum(terms: Sequence[tuple[int, VectorExpression]]) -> VectorExpression:
 
 
 def turns_of(R: Any) -> _Turns:
-    """A constant rotation as turns Rz(a) Ry(b) Rx(c).
-
-    Examples
-    --------
-    >>> turns_of(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))
-    (('z', pi/2),)
-    """
+    """A constant rotation as turns Rz(a) Ry(b) Rx(c)."""
     found = turning_angles(R)
     return tuple((axis, angle) for axis, angle in zip("zyx", found, strict=True) if angle != 0)
 

@@ -270,14 +270,6 @@ def turned_axes(vector: np.ndarray, *, exact: bool) -> np.ndarray:
     """Columns (3, 3): the axes turned about a vector (3,) by its length [rad].
 
     In exact arithmetic after Rodrigues.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> turned_axes(np.array([0, 0, sp.pi / 2]), exact=True)
-    array([[0, -1, 0],
-           [1, 0, 0],
-           [0, 0, 1]], dtype=object)
     """
     if not exact:
         return matrix_of_rotation(np.asarray(vector, dtype=float))

@@ -128,12 +128,6 @@ def read_xml(
     A document type is refused before it is read, so that there are no entities to expand.
 
     Raises FileError when it cannot be read, is no XML, has a document type, or is too large.
-
-    Examples
-    --------
-    >>> text = b"<robot name='r'><link name='a'/></robot>"
-    >>> read_xml("r.urdf", content=text).all("link")[0].attributes
-    {'name': 'a'}
     """
     if content is None:
         content = bounded_bytes(source, limits.size, "a robot description")

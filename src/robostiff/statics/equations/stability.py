@@ -79,11 +79,6 @@ def margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
 
     With ``Q0 = L L^T`` the ratios are the eigenvalues of ``L^-1 Q L^-T``, where the second forms of
     all pairs are clearly positive definite.
-
-    Examples
-    --------
-    >>> round(margins(np.diag([1.0, 6.0])[None], np.diag([2.0, 8.0])[None])[0].value, 12)
-    0.5
     """
     if Q.shape[-1] == 0:
         return [Margin(1.0, q, q) for q in Q]

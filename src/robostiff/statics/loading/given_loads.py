@@ -119,14 +119,7 @@ def acting_gravity(
 
 
 def has_masses(machine: Any) -> bool:
-    """Whether a machine, or any part of one, has a mass, or a material with a density.
-
-    Examples
-    --------
-    >>> from robostiff.robots import load
-    >>> has_masses(load("hexapod")), has_masses(load("gough-stewart-b"))
-    (True, False)
-    """
+    """Whether a machine, or any part of one, has a mass, or a material with a density."""
     masses = getattr(machine, "masses", ())
     several = masses.values() if isinstance(masses, Mapping) else (masses,)
     density = getattr(getattr(machine, "material", None), "density", None)
