@@ -118,9 +118,11 @@ legs:
   - name: arm
     chain:
       - {type: revolute, name: shoulder, axis: z, role: actuated, stiffness: 50 N m/rad}
-      - {type: beam, name: upper, to: [400 mm, 0, 0], material: steel, section: {circle: {diameter: 8 mm}}}
+      - {type: beam, name: upper, to: [400 mm, 0, 0], material: steel,
+         section: {circle: {diameter: 8 mm}}}
       - {type: revolute, name: elbow, axis: z, role: actuated, stiffness: 50 N m/rad, home: 0.5 rad}
-      - {type: beam, name: fore, to: [300 mm, 0, 0], material: steel, section: {circle: {diameter: 6 mm}}}
+      - {type: beam, name: fore, to: [300 mm, 0, 0], material: steel,
+         section: {circle: {diameter: 6 mm}}}
 """
 
 
