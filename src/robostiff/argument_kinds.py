@@ -57,15 +57,6 @@ def names_other_kinds(function: Callable[..., Any]) -> Callable[..., Any]:
     Long lists, and what a constructor must be given, are compared once the call has failed with a
     foreign exception, which becomes an InputError where one of them is the cause: parts of
     machines make what they need of several kinds.
-
-    Examples
-    --------
-    >>> @names_other_kinds
-    ... def half(number: float) -> float:
-    ...     return number / 2
-    >>> half("x")
-    Traceback (most recent call last):
-    robostiff.errors.InputError: number of half: got 'x', expected float
     """
     if hasattr(function, _MARK):
         return function

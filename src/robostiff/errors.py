@@ -24,11 +24,6 @@ def printable(text: str, kept: str = "") -> str:
         Such as a name from a file, which may hold anything.
     kept : str
         Characters that stay, such as ``"\n"``.
-
-    Examples
-    --------
-    >>> print(printable("arm\x1b[2J, \u202eged"))
-    arm\x1b[2J, \u202eged
     """
     if text.isprintable():
         return text
@@ -48,13 +43,7 @@ class RobostiffError(Exception):
 
 
 class Words(str):
-    """Text that a message shows without quotes.
-
-    Examples
-    --------
-    >>> Words("5 numbers")
-    5 numbers
-    """
+    """Text that a message shows without quotes."""
 
     __slots__ = ()
 
@@ -200,13 +189,6 @@ def needs_extra(what: str, extra: str) -> Iterator[None]:
     Raises
     ------
     InputError
-
-    Examples
-    --------
-    >>> with needs_extra("plots", "plot"):
-    ...     import a_package_that_is_missing
-    Traceback (most recent call last):
-    robostiff.errors.InputError: plots need 'a_package_that_is_missing', ...
     """
     try:
         yield

@@ -17,18 +17,6 @@ def kept(find: Callable[_Arguments, _Found]) -> Callable[_Arguments, _Found]:
 
     What is found lives as long as the object, and is no part of it when objects are compared.
     Further arguments are hashable; for each of them it is found once.
-
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> @kept
-    ... def area(shape):
-    ...     print("computed")
-    ...     return shape.width * shape.height
-    >>> rectangle = SimpleNamespace(width=2, height=3)
-    >>> area(rectangle), area(rectangle)
-    computed
-    (6, 6)
     """
     name = f"_kept {find.__module__}.{find.__qualname__}"
 

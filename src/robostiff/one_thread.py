@@ -1,15 +1,13 @@
-"""NumPy's OpenBLAS on one thread, for matrices that it divides although that takes longer.
+"""Linear algebra on one thread, for matrices that libraries divide although that takes longer.
 
-It divides those of some 100 rows among all processors. Where these are busy, each step waits for
-the next one that is free: a decomposition of 2 ms then takes 100.
+OpenBLAS divides matrices of some 100 rows among all processors. Where these are busy, each step
+waits for the next one that is free: a decomposition of 2 ms then takes 100.
 """
 
 from __future__ import annotations
 
-import ctypes
-import sys
 from collections.abc import Callable
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from functools import cache, wraps
 from threading import Lock
 from typing import Any, ParamSpec, TypeVar
@@ -20,51 +18,47 @@ _Found = TypeVar("_Found")
 _MANY = 200
 
 
-class OpenBLAS:
-    """The library that NumPy uses, on one thread of the process in a ``with``; else nothing.
+class OneThread:
+    """The libraries of linear algebra of this process on one thread in a ``with``.
 
     Of several calls at a time the last sets the number of threads back.
     """
 
     def __init__(self) -> None:
-        self.lock, self.calls, self.usual = Lock(), 0, 1
-        self.set_number: Any = lambda _: None
-        self.number: Any = lambda: 1
-        file = getattr(sys.modules.get("numpy.linalg._umath_linalg"), "__file__", None)
-        for name in ("scipy_openblas_{}_num_threads64_", "openblas_{}_num_threads"):
-            with suppress(OSError, AttributeError):
-                each = [getattr(ctypes.CDLL(file), name.format(verb)) for verb in ("set", "get")]
-                self.set_number, self.number = each
+        from threadpoolctl import ThreadpoolController
+
+        self.lock, self.calls = Lock(), 0
+        self.libraries: Any = ThreadpoolController().select(user_api="blas")
+        self.limit: Any = None
 
     def __enter__(self) -> None:
         with self.lock:
             if not self.calls:
-                self.usual = self.number()
-                self.set_number(1)
+                self.limit = self.libraries.limit(limits=1)
             self.calls += 1
 
     def __exit__(self, *error: object) -> None:
         with self.lock:
             self.calls -= 1
             if not self.calls:
-                self.set_number(self.usual)
+                self.limit.restore_original_limits()
 
 
-openblas = cache(OpenBLAS)
+one_thread = cache(OneThread)
 
 
 def in_one_thread(find: Callable[_Arguments, _Found]) -> Callable[_Arguments, _Found]:
-    """A function of a machine that holds OpenBLAS to one thread meanwhile.
+    """A function of a machine with linear algebra on one thread meanwhile, but for large networks.
 
-    Other threads of Python find it so, too. Large networks, and other libraries, stay as they are.
+    Other threads of Python find it so, too.
     """
 
     @wraps(find)
-    def held(*args: _Arguments.args, **named: _Arguments.kwargs) -> _Found:
+    def run(*args: _Arguments.args, **named: _Arguments.kwargs) -> _Found:
         machine = args[0] if args else next(iter(named.values()), None)
         nodes: Any = getattr(machine, "nodes", None)
         is_large = isinstance(nodes, tuple) and len(nodes) > _MANY
-        with nullcontext() if is_large else openblas():
+        with nullcontext() if is_large else one_thread():
             return find(*args, **named)
 
-    return held
+    return run

@@ -79,6 +79,10 @@ MACHINES = {
     "delta with a tool": (lambda at: [module("delta", "delta", at), chain("tool", tool())], 120),
     "in vectors": (lambda at: [module("exechon", EXAMPLES / "exechon.yaml", at), head()], 260),
     "in steps": (lambda at: [module("pus", "hexapod-pus", at), chain("tool", tool())], 270),
+    "arm on a platform": (
+        lambda at: [module("base", "gough-stewart-b", at), module("arm", "scara", at)],
+        740,
+    ),
     "planar": (lambda at: [module("base", "3-rrr", at), chain("arm", turn(), tool(0.0))], 60),
 }
 
@@ -188,6 +192,18 @@ def test_values_rates_questions_and_programs_of_machines(tricept):
     for part in (r"\mathbf{K}_{1} = \begin", r"\mathbf{C}_{1} = \mathbf{K}_{1}^{-1}", "t}^{"):
         assert part in snippet
     assert r"\mathbf{w}" not in snippet
+
+
+def test_modules_in_numbers_are_those_of_the_model():
+    """A coordinate that closes at one value in all samples was a symbol without a meaning."""
+    robot = rs.load(EXAMPLES / "tricept-with-head.yaml", symbols=("tool",))
+    derivation = rs.derive(robot)
+    assert [s.name for s in derivation.symbols] == ["tool"]
+    assert apart(derivation.lambdify("tool")(0.2), rs.stiffness(robot.numeric).K) < 1e-12
+    alone = rs.derive(EXAMPLES / "tricept.yaml", symbols=("k",))
+    assert [s.name for s in alone.symbols] == ["k"]
+    expected = rs.stiffness(rs.load(EXAMPLES / "tricept.yaml")).K
+    assert apart(alone.lambdify("k")(8e7), expected) < 1e-12
 
 
 def test_steps_and_modules_that_move_freely_are_derived_as_before():

@@ -14,7 +14,9 @@ import pytest
 
 import robostiff as rs
 from robostiff.kinematics.turn import turn_by_vector
+from robostiff.markup import page_text
 from robostiff.model import Joint
+from robostiff.page import page_of
 from robostiff.spatial.rotation import vector_of_rotation
 from tests.identification.campaigns import arm_campaign, arm_frames, column, machine
 
@@ -130,6 +132,36 @@ def test_drives_alone_need_no_frames(nominal, truth, kind):
     assert repr(measured) == "<Measurements: 36 readings of 3 drives at 4 postures>"
     found = rs.identify(nominal, measured, ASKED)
     assert_true(found, 1e-5)
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_page_has_torques_in_their_own_unit(nominal, truth, beside):
+    """Loading less unloading, and the standard deviation that torques alone tell."""
+    q, count = postures(), len(postures())
+    torques = (truth[1] - q)[:, 1] / -TRUE["c2"]
+    values = np.full((2 * count, 3), np.nan)
+    values[:, 0] = np.concatenate([torques + 0.25, torques - 0.25])
+    kinds, sigma = [rs.Reading.TORQUE] * 2 * count, None
+    if beside:
+        places = truth[0][0, :3] + np.array([[4e-6], [0.0]])
+        values, kinds = np.vstack([values, places]), [*kinds, *[rs.Reading.POINT] * 2]
+        sigma = np.ones(values.shape)
+    rows = [*range(count), *range(count), *[0] * (len(values) - 2 * count)]
+    measured = rs.Measurements(
+        rs.JointCoordinates(q[rows]), values, loads()[rows], kinds=kinds, drives="joint2",
+        sigma=sigma, directions=[1] * count + [-1] * count + [1, -1] * beside,
+    )  # fmt: skip
+    found = rs.identify(nominal, measured, ASKED[:1], frames=rs.KnownFrames({"marker": [0, 0, 0]}))
+    lines = page_text(page_of(found)).splitlines()
+    told = {" ".join(words): number for *words, number in (s.split() for s in lines if s)}
+    floor = "loading less unloading, root mean square"
+    assert float(told[f"{floor} [SI]"]) == pytest.approx(0.5, rel=1e-4)
+    assert (f"{floor} [µm]" in told) == beside
+    if beside:
+        assert float(told[f"{floor} [µm]"]) == pytest.approx(4.0, rel=1e-4)
+    else:
+        told_sigma = float(told["standard deviation of a coordinate [SI]"])
+        assert told_sigma == pytest.approx(found.sigma, rel=1e-4)
 
 
 def test_play_follows_the_torque(nominal, truth):

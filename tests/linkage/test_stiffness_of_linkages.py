@@ -15,7 +15,6 @@ from robostiff.elastostatics import Status
 from robostiff.kinematics import ActuatorCoordinates
 from robostiff.linkage import Connection, Linkage, close, essential, robot_of
 from robostiff.linkage.essential import network_of
-from robostiff.linkage.linkage import turned_round
 from robostiff.model import (
     Actuated,
     Link,
@@ -250,13 +249,22 @@ def test_legs_that_share_a_body_are_no_robot():
 )
 def test_masses_of_a_link_that_hangs_are_those_of_one_that_holds_the_platform(masses, turned):
     """A drive stores the same energy and swings as fast, if the link hardly bends."""
-    beam = beam_link([0.5, 0.1, 0.2], material("steel"), circle(0.002), name="beam")
+    to, here = np.array([0.5, 0.1, 0.2]), Frame.identity()
+    shift, hinge = np.array([0.2, 0.1, 0]), revolute([0.2, 0.3, 1], Actuated(2e3), name="drive")
+    ways = "hand", "tip", Frame(here.R, shift)
+    if turned:
+        masses = tuple(
+            replace(own, centre=own.centre - to)
+            if own.centre is not None
+            else replace(own, span=own.span and (1 - own.span[1], 1 - own.span[0]))
+            for own in masses
+        )
+        to, ways = -to, ("tip", "hand", here)
+    beam = beam_link(to, material("steel"), circle(0.002), name="beam")
     stiff = rs.Elasticity(1e-9 * beam.elasticity.compliance)
     beam = replace(beam, elasticity=stiff, masses=masses)
-    here, hinge = Frame.identity(), revolute([0.2, 0.3, 1], Actuated(2e3), name="drive")
-    drive = Connection("drive", "base", "hand", here, hinge, here)
-    link = Connection("beam", "hand", "tip", Frame(here.R, np.array([0.2, 0.1, 0])), beam, here)
-    parts = drive, turned_round(link) if turned else link
+    link = Connection("beam", *ways, beam, Frame(here.R, -shift) if turned else here)
+    parts = Connection("drive", "base", "hand", here, hinge, here), link
     held, hung = (Linkage("l", parts, "base", end, np.zeros(3)) for end in ("tip", "hand"))
     known, found = (
         {part.part: part.energy for part in rs.equilibrium(each, gravity="-y").parts}["drive"]

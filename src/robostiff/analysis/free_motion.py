@@ -15,11 +15,6 @@ def direction_in_words(direction: np.ndarray) -> str:
     """A unit vector (2,) or (3,) as text, to four decimals: x, y or z, or its components.
 
     The axis of a turn in a plane (1,) is z.
-
-    Examples
-    --------
-    >>> direction_in_words(np.array([0.0, 0.0, -1.0])), direction_in_words(np.array([0.6, 0.8]))
-    ('z', '(0.6, 0.8, 0)')
     """
     if len(direction) == 1:
         return "z"
@@ -83,12 +78,6 @@ def free_motions_in_words(
     -------
     tuple of FreeMotion
         f of them, spanning the same space.
-
-    Examples
-    --------
-    >>> spin = np.array([[0, -1.0, 0, 0, 0, 1.0]])
-    >>> [str(motion) for motion in free_motions_in_words(spin, np.zeros(3), 1.0)]
-    ['rotation about z through (1, 0, 0) m']
     """
     f, n = basis.shape
     if f == 0:

@@ -135,13 +135,6 @@ def stiffness_indices(K: np.ndarray, rank: np.ndarray, length: float) -> dict[st
     stiffness performance evaluation. Frontiers of Mechanical Engineering in China 5(3), 2010
     (eigenvalues, their ratio and the determinant as indices). O. Ma, J. Angeles: Optimum
     architecture design of platform manipulators. ICAR 1991 (characteristic length).
-
-    Examples
-    --------
-    >>> K = np.diag([1e6, 1e6, 4e6, 1e6, 1e6, 1e6])[None]
-    >>> found = stiffness_indices(K, np.array([6]), length=0.5)
-    >>> float(found["isotropy"][0])
-    0.25
     """
     space = Space.of_size(K.shape[-1])
     s = scaling(np.array(length), space)

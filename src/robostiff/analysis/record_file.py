@@ -59,13 +59,6 @@ def plain(thing: Any, known: dict[int, Any] | None = None) -> Any:
     Floats are written in base 16, so that none is rounded. An object is a list of its kind and its
     fields; a mapping has the order of its keys, as that of the axes of a grid decides the shape.
     What stands in several places, as the chain of equal legs, is `known` from the first.
-
-    Examples
-    --------
-    >>> plain({"a": 0.5})
-    ['mapping', ['a'], {'a': '0x1.0000000000000p-1'}]
-    >>> plain([1.0]) == plain([1.0 + 1e-15])
-    False
     """
     kind, known = type(thing), {} if known is None else known
     found: Any
@@ -103,13 +96,7 @@ def plain(thing: Any, known: dict[int, Any] | None = None) -> Any:
 
 
 def differences(one: Any, other: Any, where: str) -> Iterator[str]:
-    """Where two descriptions by `plain` differ, and the values that stand there.
-
-    Examples
-    --------
-    >>> list(differences(plain({"k": [1.0, 2.0]}), plain({"k": [1.0, 3.0]}), "robot"))
-    ['robot.k[1]: 2.0, now 3.0']
-    """
+    """Where two descriptions by `plain` differ, and the values that stand there."""
     if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
         for name in one:
             yield from differences(one[name], other[name], f"{where}.{name}")

@@ -76,16 +76,6 @@ def within(budget: float | None, work: Callable[[], Found], subject: str = "clos
     ------
     OutOfTimeError
         When it does not end in time.
-
-    Examples
-    --------
-    >>> within(5.0, lambda: 6 * 7)
-    42
-    >>> try:
-    ...     within(0.2, lambda: all(spend() is None for _ in iter(int, 1)))
-    ... except OutOfTimeError as error:
-    ...     print(error.hint)
-    use named steps, form=Steps(), or a larger budget=...
     """
     if budget is None:
         return work()

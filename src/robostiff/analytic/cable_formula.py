@@ -177,13 +177,6 @@ def derive_cables(
         When the pose is given by joints or by a quaternion, or the form is closed.
     DisagreementError
         When formula and numerical form differ.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> planar = derive_cables(rs.load("cable-4-planar"))
-    >>> [str(symbol) for symbol in planar.symbols]
-    ['t_1', 't_2', 't_3', 't_4']
     """
     pose = AtHome() if pose is None else pose
     rotation: Any = getattr(pose, "rotation", None)

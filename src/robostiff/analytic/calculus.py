@@ -110,14 +110,6 @@ def differentiate(derivation: Formula, symbol: sp.Symbol | str) -> FormulaDeriva
     InputError
         When the symbol is not given but defined by a step, a closed form is not of exact
         arithmetic, or the legs decide some of the symbols.
-
-    Examples
-    --------
-    >>> from robostiff.analytic import Derivation
-    >>> E, I, L = sp.symbols("E I L", positive=True)
-    >>> K = sp.ImmutableMatrix(sp.diag(3 * E * I / L**3, 0, 0))
-    >>> differentiate(Derivation("K_C", K, (), K), L).dK[0, 0]
-    -9*E*I/L**4
     """
     known = {s.name: s for s in derivation.symbols}
     symbol = known.get(str(symbol), symbol)
@@ -153,14 +145,7 @@ def differentiate(derivation: Formula, symbol: sp.Symbol | str) -> FormulaDeriva
 
 
 def derivative_formula(K: Any, symbol: sp.Symbol) -> sp.ImmutableMatrix:
-    """Derivative of a matrix of formulas, every entry a canonical fraction.
-
-    Examples
-    --------
-    >>> R, h, phi = sp.symbols("R h phi", positive=True)
-    >>> derivative_formula(sp.Matrix([[sp.sqrt(R**2 + h**2), sp.cos(phi)]]), h)
-    Matrix([[h/sqrt(R**2 + h**2), 0]])
-    """
+    """Derivative of a matrix of formulas, every entry a canonical fraction."""
     return canonical(matrix_of(sp.Matrix(K), lambda x: _rate(x, {symbol: sp.Integer(1)})))
 
 
@@ -228,16 +213,6 @@ def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMat
         compliance.
     OutOfTimeError
         When it does not end in time.
-
-    Examples
-    --------
-    A cantilever in the plane:
-
-    >>> L, EA, EI, F = sp.symbols("L EA EI F", positive=True)
-    >>> K = sp.Matrix([[EA / L, 0, 0], [0, 12 * EI / L**3, -6 * EI / L**2],
-    ...                [0, -6 * EI / L**2, 4 * EI / L]])
-    >>> (compliance_formula(K) * sp.Matrix([0, F, 0])).T
-    Matrix([[0, F*L**3/(3*EI), F*L**2/(2*EI)]])
     """
     matrix = closed_matrix(K, "compliance")
     n = matrix.rows
@@ -321,18 +296,6 @@ def compliance_steps(derivation: Formula) -> ComplianceSteps:
     ------
     InputError
         When K has not full rank.
-
-    Examples
-    --------
-    >>> from robostiff.analytic import Derivation
-    >>> k, x = sp.symbols("k x", positive=True)
-    >>> K = sp.ImmutableMatrix([[k, k * x, 0], [k * x, k * x**2 + k, 0], [0, 0, k]])
-    >>> found = compliance_steps(Derivation("K_C", K, (), K))
-    >>> found.substituted({"k": 2, "x": 3})
-    Matrix([
-    [   5, -3/2,   0],
-    [-3/2,  1/2,   0],
-    [   0,    0, 1/2]])
     """
     (K, *_), definitions = derivation.as_printed
     n = K.rows

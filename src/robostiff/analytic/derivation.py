@@ -130,13 +130,6 @@ class Formula(WrittenWhole):
         ------
         InputError
             When a name is no symbol of the formula, or the formula does not hold at these values.
-
-        Examples
-        --------
-        >>> k, h = sp.symbols("k h", positive=True)
-        >>> K = sp.ImmutableMatrix(sp.diag(k * h, k, 0))
-        >>> Derivation("K_C", K, (), K).subs({"h": 2}).K[0, 0]
-        2*k
         """
         given = {values: value} if value is not None else values
         if not isinstance(given, Mapping):
@@ -180,13 +173,6 @@ class Formula(WrittenWhole):
         ------
         InputError
             When the formula does not hold there, or is too long to be written out.
-
-        Examples
-        --------
-        >>> k = sp.Symbol("k", positive=True)
-        >>> K = sp.ImmutableMatrix(sp.diag(k / 3, sp.sqrt(2) * k, 0))
-        >>> Derivation("K_C", K, (), K).substituted({"k": 2.0}).diagonal()
-        Matrix([[0.666666666666667, 2.82842712474619, 0]])
         """
         return self._with_values(values)
 

@@ -42,20 +42,6 @@ class FormulaFunction(WrittenWhole):
         How many matrices it returns.
     positive : frozenset of str
         Arguments for which the formula was made as positive symbols.
-
-    Examples
-    --------
-    >>> from robostiff.analytic import Derivation
-    >>> k, d = sp.symbols("k d", real=True)
-    >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / (k - d), 0))
-    >>> f = formula_function(Derivation("K_C", K, (), K))
-    >>> f.arguments, f(d=1, k=3)[1, 1].item()
-    (('d', 'k'), 0.5)
-    >>> f.holds([1.0, 2.0, 3.0], 2.0)
-    array([ True, False,  True])
-    >>> f([1.0, 2.0, 3.0], 2.0)  # doctest: +ELLIPSIS
-    Traceback (most recent call last):
-    robostiff.errors.NoAnswerError: the formula K_C does not hold at 1 of 3 points, first ...
     """
 
     name: str
@@ -175,14 +161,6 @@ def formula_function(derivation: Formula, *arguments: Any) -> FormulaFunction:
     ------
     InputError
         When a symbol of the formula is not among them, or another name is.
-
-    Examples
-    --------
-    >>> from robostiff.analytic import Derivation
-    >>> k = sp.Symbol("k", positive=True)
-    >>> K = sp.ImmutableMatrix(sp.diag(k, 1 / k, 0))
-    >>> Derivation("K_C", K, (), K).lambdify("k")([1.0, 2.0])[:, 1, 1]
-    array([1. , 0.5])
     """
     compute = program(derivation, plain=True)
     names = [symbol.name for symbol in compute.arguments]

@@ -284,18 +284,6 @@ def derive_leg(
         When a stage differs from the recursion in numbers at random parameters.
     FormulaTooLargeError
         When a closed form would exceed its limit.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> leg = derive_leg(rs.load("gough-stewart-b-beams", symbols=("h",)), "leg1")
-    >>> for stage in leg.stages[:3]:
-    ...     print(stage.rule)
-    rotation about x at the reference point: trivial joint (19), row and column 4 vanish
-    rotation about y at the reference point: trivial joint (19), row and column 5 vanish
-    rotation about z at the reference point: trivial joint (19), row and column 6 vanish
-    >>> sum(x != 0 for x in leg.stages[-1].K)
-    1
     """
     names = [model.name for model in robot.legs]
     if leg not in names:

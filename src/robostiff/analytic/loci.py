@@ -298,14 +298,7 @@ _SEED_OF_SAMPLES = 29
 
 
 def power_of_a_cosine(factor: Any) -> tuple[Any, int] | None:
-    """A cosine, and its power, that a sum in sines and cosines of one angle is a number times.
-
-    Examples
-    --------
-    >>> x = sp.Symbol("x")
-    >>> power_of_a_cosine(1 + sp.cos(x)), power_of_a_cosine(sp.sin(x) + sp.cos(x))
-    ((cos(x/2), 2), (sin(x + pi/4), 1))
-    """
+    """A cosine, and its power, that a sum in sines and cosines of one angle is a number times."""
     turns = factor.atoms(sp.sin, sp.cos)
     angles = set().union(*(x.free_symbols for x in turns))
     if not factor.is_Add or factor.free_symbols != angles or len(angles) != 1:
@@ -410,12 +403,6 @@ def independent_zeros(factors: Sequence[Any]) -> tuple[Any, ...]:
     Sines and cosines have a relation, so that a factor may be a multiple of another by a sum of
     squares without being divisible by it. A factor that changes its sign is kept; a long one where
     it does so for symbols of their signs.
-
-    Examples
-    --------
-    >>> x, y = sp.symbols("x y")
-    >>> independent_zeros([x**2 + 3, x**2 - 2 * x * y + y**2, x - y, x])
-    (x - y, x)
     """
     symbols = tuple(sorted(set().union(*(x.free_symbols for x in factors)), key=str))
     kept: list[Any] = []

@@ -6,9 +6,10 @@ machine is left unknown.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -63,16 +64,17 @@ def machine_formula(
     at = {placed.symbols[name]: x for name, x in values.items()}
     where = f"{robot.name!r} {AT_HOME}"
     check_value(form.K, form.definitions, at, result.K, AGREED, where, placed.length)
-    robots = {id(x): x for *_, x in form.modules if isinstance(x, RobotDerivation)}
 
-    def conditions() -> tuple[Condition, ...]:
-        return tuple(c for module in robots.values() for c in module.conditions)
+    def conditions() -> Iterator[Condition]:
+        """Those of robots, of which legs are named as those of the machine are."""
+        for name, *_, module in form.modules:
+            for c in module.conditions if isinstance(module, RobotDerivation) else ():
+                leg = f"{name}/{c.leg}" * bool(c.leg)
+                words = c.words.replace(f"leg {c.leg!r}", f"leg {leg!r}")
+                yield replace(c, leg=leg, words=words)
 
-    about: Any = {
-        "name": robot.name,
-        "conditions": Unwritten(conditions),
-        "meanings": placed.meanings,
-    }
+    written = Unwritten(cache(lambda: tuple(conditions())))
+    about: Any = {"name": robot.name, "conditions": written, "meanings": placed.meanings}
     return RobotDerivation(
         **about,
         K0=form.K,
@@ -107,7 +109,7 @@ def _form(placed: PlacedRobot, derive: Callable[..., RobotDerivation]) -> Vector
             same = next(
                 x for x in modules if are_equal((x.legs, x.home), (module.legs, module.home))
             )
-            found = robots.get(same.name) or _inside(module.name, derive(module, known=known))
+            found = robots.get(same.name) or derive(module, known=known)
             if found.general_rank != robot.space.size or found.following:
                 return None
             robots[module.name] = found
@@ -115,16 +117,3 @@ def _form(placed: PlacedRobot, derive: Callable[..., RobotDerivation]) -> Vector
         return arm_in_vectors(placed.knowing(known), robots) if robots else None
     except (UnusualPartError, InputError):
         return None
-
-
-def _inside(name: str, module: RobotDerivation) -> RobotDerivation:
-    """A module, of which the conditions name the legs as the machine does."""
-
-    def conditions() -> tuple[Condition, ...]:
-        legs = ((c, f"{name}/{c.leg}" * bool(c.leg)) for c in module.conditions)
-        return tuple(
-            replace(c, leg=leg, words=c.words.replace(f"leg {c.leg!r}", f"leg {leg!r}"))
-            for c, leg in legs
-        )
-
-    return replace(module, conditions=Unwritten(conditions))

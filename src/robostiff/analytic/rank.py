@@ -85,14 +85,7 @@ class RankFormula:
 
     @property
     def allowed(self) -> tuple[sp.Expr, ...]:
-        """Exceptions that signs of symbols and conditions allow: a positive length is never zero.
-
-        Examples
-        --------
-        >>> R, r = sp.symbols("R r", positive=True)
-        >>> rank_formula(sp.diag(R, R * (R - r))).allowed
-        (R - r,)
-        """
+        """Exceptions that signs of symbols and conditions allow: a positive length is never zero."""
         possible = (x for x in self.exceptions if not x.is_nonzero)
         conditions = () if self.of_formula is None else self.of_formula.conditions
         return tuple(x for x in possible if x.is_Symbol or may_vanish(x, conditions))
@@ -105,16 +98,6 @@ def closed_matrix(formula: Any, question: str) -> sp.Matrix:
     ------
     InputError
         For a derivation in steps: their names would be taken for independent symbols.
-
-    Examples
-    --------
-    >>> k = sp.Symbol("k")
-    >>> K = sp.ImmutableMatrix(sp.diag(k, k, 0))
-    >>> closed_matrix(Derivation("K_C", K, (), K), "rank")
-    Matrix([
-    [k, 0, 0],
-    [0, k, 0],
-    [0, 0, 0]])
     """
     if not isinstance(formula, Derivation):
         return sp.Matrix(formula)
@@ -171,12 +154,6 @@ def rank_formula(K: Any, budget: float | None = BUDGET) -> RankFormula:
         For a derivation in steps that was not compared with numbers.
     OutOfTimeError
         When it does not end in time, as with a matrix of long sums.
-
-    Examples
-    --------
-    >>> a, b = sp.symbols("a b")
-    >>> rank_formula(sp.diag(a, a * (a - b), 0))
-    RankFormula(rank=2, exceptions=(a, a - b), common_minor=a**2*(a - b))
     """
     by_legs = rank_by_legs(K)
     matrix = closed_matrix(K, "rank") if by_legs is None else None
@@ -233,13 +210,6 @@ def free_motion_formulas(K: Any) -> tuple[sp.ImmutableMatrix, ...]:
     -------
     tuple of (n, 1) matrices
         Each with a 1 in a coordinate of its own, rotations first where there is a choice.
-
-    Examples
-    --------
-    >>> k, d = sp.symbols("k d")
-    >>> K = k * sp.Matrix([[1, 0, d], [0, 1, 0], [d, 0, d**2]])
-    >>> free_motion_formulas(K)[0].T
-    Matrix([[-d, 0, 1]])
     """
     if (rank := rank_by_legs(K)) is not None:
         return () if rank == of_legs(K).K.rows else _free_motions_in_steps(K, rank)
@@ -289,13 +259,6 @@ def fixed_point_formula(K: Any) -> sp.ImmutableMatrix | None:
     -------
     (3, 1) matrix, or (2, 1) for a planar robot, or None
         From the reference point [m]; None where there is no such point, or more than one.
-
-    Examples
-    --------
-    >>> k, d = sp.symbols("k d")
-    >>> K = k * sp.Matrix([[1, 0, d], [0, 1, 0], [d, 0, d**2]])
-    >>> fixed_point_formula(K).T
-    Matrix([[0, -d]])
     """
     motions = free_motion_formulas(K)
     if not motions:
@@ -326,12 +289,6 @@ def decoupling_conditions(K: Any) -> tuple[sp.Expr, ...]:
     ------
     InputError
         For steps that are too long to be written out.
-
-    Examples
-    --------
-    >>> k, R, r = sp.symbols("k R r")
-    >>> decoupling_conditions(sp.Matrix([[k, 0, k * (R - r)], [0, k, 0], [k * (R - r), 0, k]]))
-    (k, R - r)
     """
     if isinstance(K, Derivation) and not K.is_closed:
         try:

@@ -114,13 +114,6 @@ def derive_robot(
         When the formula and the numerical form differ at random parameters and poses.
     FormulaTooLargeError
         When a closed form would exceed its limit or budget of time, or numbers with roots a limit.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> derivation = derive_robot(rs.load("gough-stewart-b", symbols=("R", "r", "h", "k")))
-    >>> derivation.K[0, 0]
-    3*k*(R**2 - R*r + r**2)/(R**2 - R*r + h**2 + r**2)
     """
     pose = AtHome() if pose is None else pose
     if not isinstance(pose, AtHome | AtSymbols | AtCoordinates | AtJoints):
@@ -425,20 +418,6 @@ def snapshot_formula(snapshot: Snapshot) -> SnapshotFormula:
     InputError
         When a transmitted wrench meets no compliance, so that no matrix exists, or the platform
         is flexible.
-
-    Examples
-    --------
-    A spring along x between two ball joints a length L apart, seen from its end:
-
-    >>> from robostiff.model import Actuated, Passive, PlacedFreedom, PlacedLeg
-    >>> k, L = sp.symbols("k L", positive=True)
-    >>> tip, x = np.array([L, 0, 0], dtype=object), np.array([1, 0, 0], dtype=object)
-    >>> balls = [PlacedFreedom(e, p, 0, "ball", Passive())
-    ...          for p in (0 * tip, tip) for e in np.eye(3, dtype=int).astype(object)]
-    >>> slide = PlacedFreedom(x, 0 * tip, None, "slide", Actuated(k))
-    >>> rod = Snapshot("rod", (PlacedLeg("rod", (slide, *balls), tip),), tip)
-    >>> snapshot_formula(rod).K[0, 0]
-    k
     """
     if snapshot.platform is not None:
         raise InputError(

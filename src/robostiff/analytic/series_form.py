@@ -17,7 +17,8 @@ import sympy as sp
 from robostiff.analytic.budget import FormulaTooLargeError
 from robostiff.analytic.exact.definition import count_of, used_definitions
 from robostiff.analytic.legs import LegGeometry
-from robostiff.analytic.placement.robot_placement import PlacedRobot
+from robostiff.analytic.placement.robot_placement import PlacedRobot, as_step
+from robostiff.analytic.placement.robot_pose import exact_angle
 from robostiff.analytic.reading.named_reading import NamedReading
 from robostiff.analytic.reading.record_reading import ClosedReading
 from robostiff.analytic.reading.rewriting import shortest_trigonometry
@@ -47,8 +48,10 @@ from robostiff.analytic.vectors.walk import (
     turns_of,
 )
 from robostiff.frozen import are_equal
+from robostiff.kinematics.formula import PlacedFormula, place_leg_at_joints
 from robostiff.kinematics.jacobians import in_groups
-from robostiff.model import Telescope
+from robostiff.model import ParallelBlock, Telescope
+from robostiff.record import Entry
 from robostiff.recorded.leg import at_samples as sampled
 
 _PRINTED = 500  # operations of a compliance beyond which it is not printed
@@ -107,15 +110,32 @@ def arm_in_vectors(
     walk.robots = robots or {}
     walk.go(leg.base.p)
     walk.turn(turns_of(leg.base.R))
-    own, home = placed_leg.leg.without_blocks.springs, leg.chain.home
-    coordinate = home.__getitem__ if robots else placed_leg.coordinate
-    walk.along(leg.chain.elements, own, coordinate)
+    if robots:
+        placed_leg = _at_home(placed)
+    own = placed_leg.leg.without_blocks.springs
+    walk.along(leg.chain.elements, own, placed_leg.coordinate)
     if turns_of(leg.attachment.R):
         return None
     walk.go(-np.array(leg.attachment.p, dtype=object))
     walk.go(placed.entries.reference_point)
     walk.equations.append(Equation(p, walk.here()))
     return _form(walk, (), walk.finish(), {}, (leg.name,))
+
+
+def _at_home(placed: PlacedRobot) -> PlacedFormula:
+    """The leg of a machine, of which joints that are in no module stand at home."""
+    (leg,), place = placed.entries.legs, 0
+    q = np.array(placed.closed.get(0, leg.chain.home), dtype=object)
+    for element in leg.chain.elements:
+        if isinstance(element, ParallelBlock):
+            place += sum(branch.chain.size for branch in element.branches)
+            continue
+        for screw in getattr(element, "freedoms", ()):
+            q[place] = at = leg.chain.home[place]
+            if screw.turns and not isinstance(at, Entry):
+                q[place] = as_step(exact_angle(at), placed.record)
+            place += 1
+    return place_leg_at_joints(leg, q)
 
 
 def _form(

@@ -35,12 +35,6 @@ def values_of_symbols(
     InputError
         When a name is none of theirs, or a value is no finite real number or formula, or has the
         wrong sign for its symbol.
-
-    Examples
-    --------
-    >>> h = sp.Symbol("h", positive=True)
-    >>> values_of_symbols([h], {"h": 0.5}, "formula")
-    {h: 0.500000000000000}
     """
     by_name: dict[str, list[sp.Symbol]] = {}
     for symbol in symbols:
@@ -102,13 +96,6 @@ class Substitution:
     ``subs`` keeps products such as 0.3 sqrt(3) as they are, and its tests for signs then evaluate
     ever larger expressions again and again. Floats are computed with more digits than they have.
     Without floats, numbers are exact, or have `digits`, 0 for all.
-
-    Examples
-    --------
-    >>> x, y = sp.symbols("x y", positive=True)
-    >>> put_in = Substitution({x: sp.Float(2.0)})
-    >>> put_in(sp.sqrt(3) / x), put_in(sp.sqrt(3) * y**x), Substitution({x: 2})(sp.sqrt(3) / x)
-    (0.866025403784439, sqrt(3)*y**2.0, sqrt(3)/2)
     """
 
     def __init__(self, values: Mapping[sp.Symbol, Any], digits: int = 0) -> None:

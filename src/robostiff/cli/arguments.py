@@ -293,6 +293,10 @@ def loading(robot: Any, place: Posing, written: Loads) -> dict[str, Any]:
         for name in fits or [pattern]:  # a name that is none is refused where the joints are
             dimension = Dimension.MOMENT if turns.get(name, False) else Dimension.FORCE
             options["preload"][name] = to_si(text, dimension, subject=f"--preload of {name!r}")
+    if written.elements is not None:
+        from robostiff.statics import Bowing
+
+        options["beams"] = Bowing(written.elements)
     return options
 
 

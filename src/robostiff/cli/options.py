@@ -298,6 +298,13 @@ class Loads:
         "With how much a drive pushes along its coordinate: [N] of a slide, [N m] of a turn; * in "
         "a name stands for any characters",
     )
+    elements: int | None = option(
+        "--elements",
+        metavar="COUNT",
+        type=int,
+        help="Into how many cubic elements every beam is divided, 1 to 64. By default, one with "
+        "inner modes, and more where it bends far.",
+    )
 
 
 def named_values(option: str, texts: tuple[str, ...], expected: str) -> list[tuple[str, str]]:

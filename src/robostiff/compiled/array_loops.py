@@ -42,13 +42,6 @@ def uniform_rows(
     References
     ----------
     G. L. Steele, D. Lea, C. H. Flood: Fast splittable pseudorandom number generators. OOPSLA 2014.
-
-    Examples
-    --------
-    >>> keys, low, high = np.array([7], dtype=np.uint64), np.zeros(1), np.ones(1)
-    >>> whole = uniform_rows(keys, 0, 10, low, high)
-    >>> bool((uniform_rows(keys, 4, 3, low, high) == whole[:, 4:7]).all())
-    True
     """
     out, functions = room_for(len(keys), count), _machine_code()
     starts = (keys + np.uint64((first + 1) * _STEP % 2**64)).tolist()

@@ -175,11 +175,6 @@ def room_for(rows: int, poses: int) -> np.ndarray:
     """Room for rows of numbers at poses (rows, poses), which begin with lines of the cache.
 
     Rows are apart by an odd number of lines: rows that are a power of two apart share a few lines.
-
-    Examples
-    --------
-    >>> room_for(36, 1000).strides, room_for(36, 1024).strides
-    ((8000, 8), (8256, 8))
     """
     apart = _LINE * (-(-poses // _LINE) | 1)
     memory = np.empty(rows * apart + _LINE)

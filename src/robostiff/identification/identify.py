@@ -361,9 +361,8 @@ def _check_points(model: ReadingModel, start: np.ndarray, places: PlacesInStates
     off = (model.values - model.prediction(start)[0])[rows]
     apart = float(np.sqrt(np.mean(off**2))) if off.size else 0.0
     if apart > _FAR * size:
-        raise InputError(
-            "readings against the nominal robot",
-            got=Words(f"{number(apart, 3)} m apart, {number(size, 3)} m from its base"),
-            expected="readings of this robot at these postures",
-            hint="look at the units of readings and joints, and at the order of the joints",
-        )
+        what = "readings against the nominal robot"
+        expected = "readings of this robot at these postures"
+        got = Words(f"{number(apart, 3)} m apart, {number(size, 3)} m from its base")
+        hint = "look at the units of readings and joints, and at the order of the joints"
+        raise InputError(what, got=got, expected=expected, hint=hint)

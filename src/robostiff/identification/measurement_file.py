@@ -18,7 +18,14 @@ from robostiff.identification.measurement_kinds import (
     act_at_hooks,
     coordinates_of,
 )
-from robostiff.io.csv_table import OtherColumns, lines_of, posture_columns, postures_of, table_of
+from robostiff.io.csv_table import (
+    EMPTY_LINE,
+    OtherColumns,
+    lines_of,
+    posture_columns,
+    postures_of,
+    table_of,
+)
 from robostiff.kinematics import JointCoordinates
 from robostiff.model import Robot
 from robostiff.model.mass import gravity_vector
@@ -47,6 +54,7 @@ _UNITS = {
     **{f"{what}_{a}": unit for what, unit in (("u", ""), ("from", "m")) for a in _AXES},
 }
 _FORCE, _MOMENT = ("Fx", "Fy", "Fz"), ("Mx", "My", "Mz")
+_HOOK = ("at_x", "at_y", "at_z")
 _WRENCH = (*_FORCE, *_MOMENT)
 _LOADS = {
     **{name: "N" if name[0] == "F" else "N m" for name in _WRENCH},
@@ -81,7 +89,7 @@ def read_measurements(
     [N]``, or its joint's ``angle [deg]`` or ``travel [mm]`` behind the gear. A displacement is from
     the load of the line whose ``row`` is its ``reference``, or from none. ``sigma``, or ``sigma_x,
     sigma_y, sigma_z``, ``sigma_turn``, ``sigma_torque`` and ``sigma_push`` are standard deviations.
-    Empty fields are readings that are missing, and loads of zero. Of an arm all joints have
+    Empty fields are readings that are missing, and no load. Of an arm all joints have
     columns, or none; of a pose what is left out stays at home.
 
     An export of a tracker, known by ``X``, ``Y``, ``Z`` and ``U(95)`` in its first line, has points
@@ -116,13 +124,10 @@ def read_measurements(
     points = tracker_points(str(path), lines)
     if points is not None:
         if joints is None:
-            raise FileError(
-                Location(str(path), 1),
-                "postures and loads of a tracker export",
-                got=Words("none"),
-                expected="a file with a line for each point",
-                hint='write joints="joints.csv", or --postures joints.csv',
-            )
+            at, what = Location(str(path), 1), "postures and loads of a tracker export"
+            expected = "a file with a line for each point"
+            hint = 'write joints="joints.csv", or --postures joints.csv'
+            raise FileError(at, what, got=Words("none"), expected=expected, hint=hint)
         si, valid, places = points
         table = _Table.read(robot, str(joints), lines_of(joints), hooks, known, readings=si)
         if len(table.lines) != len(valid):
@@ -173,7 +178,7 @@ class _Table:
         units = coordinate_units(robot) | {f"pose_{name}": u for name, u in POSE_UNITS.items()}
         units |= _LOADS | (_UNITS if readings is None else {})
         not_here = () if readings is None else _UNITS.keys()
-        header = next((line for line in lines if line.strip() and line.lstrip()[0] != "#"), "")
+        header = next((line for line in lines if not EMPTY_LINE.match(line)), "")
         matches = map(_OF_MARKER.match, re.split("[\t;,]", header) if readings is None else ())
         several = dict.fromkeys(match["name"].strip() for match in matches if match)  # of markers
         units |= {f"{name}.{a}": "m" for name in several for a in _AXES}
@@ -255,9 +260,9 @@ class _Table:
 
     def _hooks(self) -> tuple[np.ndarray, list[str]]:
         """Where loads act (N, 3), in frames of bodies, and these; not a number at the origins."""
-        places, bodies = self.columns([f"at_{a}" for a in _AXES]), [""] * len(self.lines)
+        places, bodies = self.columns(_HOOK), [""] * len(self.lines)
         for row in range(len(self.lines)):
-            point, name = places[row], self.word("at", row)
+            name = self.word("at", row)
             if name in self.hooks:
                 hook: Any = self.hooks[name]
                 if len(hook) == 2:
@@ -269,10 +274,6 @@ class _Table:
                 known = ", ".join(self.hooks) or "hooks="
                 expected = f"tip, or one of {known}, or a body such as arm/joint3"
                 raise FileError(self.at(row), "hook", got=name, expected=expected)
-            if np.isfinite(point).any() and not np.isfinite(point).all():
-                raise FileError(
-                    self.at(row), "hook", got=Words("a part of it"), expected="at_x, at_y, at_z"
-                )
         return places, bodies
 
     def measurements(
@@ -280,7 +281,8 @@ class _Table:
     ) -> tuple[dict[str, Any], list[int]]:
         """Those of all lines, and the lines that count."""
         count = len(self.lines)
-        for names in ([name for name in part if name in self.si] for part in (_FORCE, _MOMENT)):
+        for part in (_FORCE, _MOMENT, _HOOK):
+            names = [name for name in part if name in self.si or part is _HOOK]
             missing = np.isnan(self.columns(names)).reshape(count, -1)
             for row in np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))[:1]:
                 name = names[int(missing[row].argmax())]

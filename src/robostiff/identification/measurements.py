@@ -208,9 +208,14 @@ class Measurements:
     @property
     def branches(self) -> np.ndarray:
         """Loading less unloading (G, size) where readings repeat: the floor of any model."""
+        return self.branches_among(np.ones(len(self), dtype=bool))
+
+    def branches_among(self, rows: np.ndarray) -> np.ndarray:
+        """The same of those readings alone that a mask (N,) has."""
         groups: dict[Any, dict[int, list[int]]] = {}
         loads = (self.coordinates, self.wrenches, self.forces, np.nan_to_num(self.hooks))
-        for k, direction in enumerate(self.directions):
+        for k in np.flatnonzero(rows).tolist():
+            direction = self.directions[k]
             reading = self.markers[k], self.drives[k], self.kinds[k], self.axes[k], self.bodies[k]
             key = (*reading, self.references[k], *(array[k].tobytes() for array in loads))
             groups.setdefault(key, {}).setdefault(direction, []).append(k)

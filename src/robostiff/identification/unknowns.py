@@ -467,15 +467,7 @@ def _names_in_words(unknowns: Sequence[Unknown]) -> str:
 
 
 def names_in_words(unknowns: Sequence[Unknown]) -> list[str]:
-    """Names of unknowns; several coordinates of an instrument or a marker are its place or turn.
-
-    Examples
-    --------
-    >>> place = ("place", "m1")
-    >>> several = [Unknown(f"m1 {a}", UnknownKind.FRAME, 0.0, frame=place) for a in "xyz"]
-    >>> names_in_words(several), names_in_words(several[:1])
-    (['the place of m1'], ['m1 x'])
-    """
+    """Names of unknowns; several coordinates of an instrument or a marker are its place or turn."""
     frames = [unknown.frame for unknown in unknowns]
     whole = {frame for frame in frames if frame[0] and frames.count(frame) > 1}
     names = []

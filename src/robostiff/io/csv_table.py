@@ -30,7 +30,7 @@ _LARGEST = 1e30
 _SIMILAR = 0.81  # a name is taken for a slip: joint33 of joint3; not remark of marker
 _MOST_WARNINGS = 12
 _HEADING = re.compile(r"\s*(?P<name>[^\[\(]+?)\s*(?:[\[\(](?P<unit>[^\]\)]*)[\]\)])?\s*\Z")
-_EMPTY = re.compile(r"\s*(#|sep=|[\s;,]*\Z)", re.IGNORECASE)
+EMPTY_LINE = re.compile(r"\s*(#|sep=|[\s;,]*\Z)", re.IGNORECASE)
 _TIMES = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0}
 
 
@@ -114,7 +114,7 @@ def table_of(
 
     Raises FileError with line and column of what cannot be read.
     """
-    numbered = [k for k, line in enumerate(lines) if not _EMPTY.match(line)]
+    numbered = [k for k, line in enumerate(lines) if not EMPTY_LINE.match(line)]
     if len(numbered) < 2:
         expected = f"a line of names, then a line a {what}"
         raise FileError(Location(name), f"{what}s", got=Words(f"no {what}"), expected=expected)
@@ -141,13 +141,9 @@ def table_of(
             if not abs(value) <= _LARGEST and (column.name not in may_miss or _plain(field)):
                 before = sum(len(text) + 1 for text in fields[: column.place])
                 position = before + 1 + len(field) - len(field.lstrip())
-                raise FileError(
-                    Location(name, k + first, position, column.name),
-                    "value",
-                    got=field.strip() or "nothing",
-                    expected="a finite number up to 1e30, with a point; units belong in the "
-                    "heading",
-                )
+                at, got = Location(name, k + first, position, column.name), field.strip()
+                expected = "a finite number up to 1e30, with a point; units belong in the heading"
+                raise FileError(at, "value", got=got or "nothing", expected=expected)
         values.extend(row)
     unread = [  # but for what a separator at the end of each line makes
         (at, label)
@@ -194,15 +190,11 @@ def _columns_of(
         name = match["name"] if match else re.split(r"[\[\(]", _plain(heading))[0].strip()
         if not match or (name not in units and name not in words):
             if others is OtherColumns.REFUSED:
-                raise FileError(
-                    at,
-                    "name of a column",
-                    got=heading.strip(),
-                    expected=f"one of {', '.join(units)}",
-                    hint="a map has one wrench, --wrench or wrench=; compensate reads forces"
-                    if name in Space.SPATIAL.wrench_order
-                    else did_you_mean(name, units),
-                )
+                got, expected = heading.strip(), f"one of {', '.join(units)}"
+                hint = did_you_mean(name, units)
+                if name in Space.SPATIAL.wrench_order:
+                    hint = "a map has one wrench, --wrench or wrench=; compensate reads forces"
+                raise FileError(at, "name of a column", got=got, expected=expected, hint=hint)
             like = difflib.get_close_matches(name.casefold(), absent, 1, _SIMILAR)
             if like and name not in not_here:
                 got = name if match else heading.strip()

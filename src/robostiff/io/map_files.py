@@ -221,16 +221,6 @@ def read_poses(robot: Mapped | Snapshot, path: str | os.PathLike[str]) -> PoseLi
     ------
     FileError
         With line and column of what cannot be read.
-
-    Examples
-    --------
-    >>> import robostiff as rs, tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = f"{folder}/poses.csv"
-    ...     with open(path, "w") as file:
-    ...         _ = file.write("time, x [mm], rz [deg]\n0, 10, 0\n0.5, 20, 90\n")
-    ...     read_poses(rs.load("hexapod"), path)
-    <PoseList of 2 poses: x rz>
     """
     if not isinstance(robot, Mapped):
         expected = "a Robot, a Linkage or a CableRobot, which has poses"

@@ -115,21 +115,7 @@ _SHORTEST_BEGINNING = 3
 
 
 def nearest(word: str, allowed: Iterable[str]) -> str | None:
-    """The allowed word that is most similar to `word`, or None if none is similar.
-
-    Examples
-    --------
-    >>> nearest("prismatc", ["revolute", "prismatic"])
-    'prismatic'
-    >>> nearest("MM", ["m", "mm"])
-    'mm'
-    >>> nearest("gough", ["hexapod", "gough-stewart-a"])
-    'gough-stewart-a'
-    >>> nearest("active", ["passive", "actuated"])
-    'actuated'
-    >>> nearest("slide", ["bed/slide", "slider"])
-    'bed/slide'
-    """
+    """The allowed word that is most similar to `word`, or None if none is similar."""
     candidates = list(islice(allowed, _MOST_CANDIDATES))
     if len(word) > _LONGEST_WORD:
         return None
@@ -163,13 +149,7 @@ def listing(words: Sequence[str], limit: int = 60) -> str:
 
 
 def free_names(names: Sequence[str | None], kinds: Sequence[str]) -> list[str]:
-    """The names; in place of none the kind and the next number that makes a free one.
-
-    Examples
-    --------
-    >>> free_names([None, "beam1", None], ["beam", "beam", "beam"])
-    ['beam2', 'beam1', 'beam3']
-    """
+    """The names; in place of none the kind and the next number that makes a free one."""
     count: Counter[str] = Counter()
     filled = []
     for name, kind in zip(names, kinds, strict=True):

@@ -123,12 +123,9 @@ def _joint(joint: XmlElement, links: dict[str, XmlElement]) -> TreeJoint:
         element = joint.one(tag)
         link = None if element is None else element.attributes.get("link")
         if link not in links:
-            raise (element or joint).error(
-                f"{tag} {of}",
-                got=link or Words("none"),
-                expected=f'<{tag} link="..."/> with one of the links {listing(list(links), 30)}',
-                hint=did_you_mean(link, links) if link else None,
-            )
+            expected = f'<{tag} link="..."/> with one of the links {listing(list(links), 30)}'
+            got, hint = link or Words("none"), did_you_mean(link, links) if link else None
+            raise (element or joint).error(f"{tag} {of}", got=got, expected=expected, hint=hint)
         ends.append(link)
     before = joint.frame_at("origin", of)
     axis = joint.numbers_at("axis", "xyz", (1.0, 0.0, 0.0), of)
@@ -245,12 +242,8 @@ def _with_extensions(tree: RigidTree, root: XmlElement) -> RigidTree:
     unread = _Unread(list)
     drawn = drawn_links(tree, {})
     loops = []
-    of_gazebo = [
-        joint
-        for gazebo in root.all("gazebo")
-        if "reference" not in gazebo.attributes
-        for joint in gazebo.all("joint")
-    ]
+    models = [gazebo for gazebo in root.all("gazebo") if "reference" not in gazebo.attributes]
+    of_gazebo = [joint for gazebo in models for joint in gazebo.all("joint")]
     for element in (*of_gazebo, *root.all("loop_joint"), *root.all("constraint")):
         loop = _loop(element, drawn)
         if loop is None:

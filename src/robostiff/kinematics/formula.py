@@ -64,13 +64,7 @@ class FormulaPose:
 
     @classmethod
     def of_coordinates(cls, coordinates: np.ndarray) -> FormulaPose:
-        """The pose of x, y, z and a rotation vector (6,) [m, rad], entries or numbers.
-
-        Examples
-        --------
-        >>> FormulaPose.of_coordinates(np.array([0.5, 0, 0, 0, 0, 0])).p.tolist()
-        [0.5, 0.0, 0.0]
-        """
+        """The pose of x, y, z and a rotation vector (6,) [m, rad], entries or numbers."""
         six = np.array(coordinates, dtype=object)
         return cls(turn_by_vector_of_entries(six[3:]), six[:3])
 

@@ -18,16 +18,7 @@ from robostiff.model.body_spring import BASE, PLATFORM
 
 
 def with_masses(posture: Posture) -> Snapshot:
-    """The snapshot of a posture, the masses of its legs and its platform in place, and its gravity.
-
-    Examples
-    --------
-    >>> from robostiff.kinematics import find_posture
-    >>> from robostiff.robots import load
-    >>> arm = with_masses(find_posture(load("six-joint-arm"))).legs[0]
-    >>> [(mass.name, round(float(mass.value), 2)) for mass in arm.masses][:2]
-    [('column', 39.9), ('upper arm', 9.07)]
-    """
+    """The snapshot of a posture, the masses of its legs and its platform in place, and its gravity."""
     robot, N = posture.robot.in_floats, len(posture.pose)
     legs = list(posture.snapshot.legs)
     for places, group in posture_finder(robot).legs_alike:

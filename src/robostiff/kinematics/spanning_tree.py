@@ -52,17 +52,7 @@ class SpanningTree(Generic[Edge]):
 
 
 def spanning_tree(base: str, connections: Iterable[Edge]) -> SpanningTree[Edge]:
-    """The tree of the connections that come first; those that close loops are later ones.
-
-    Examples
-    --------
-    >>> from collections import namedtuple
-    >>> Bar = namedtuple("Bar", "name a b")
-    >>> triangle = Bar("r", "A", "B"), Bar("s", "B", "C"), Bar("t", "C", "A")
-    >>> tree = spanning_tree("A", triangle)
-    >>> [cut.name for cut in tree.cuts], [(bar.name, sign) for bar, sign in tree.ways["C"]]
-    (['t'], [('r', 1.0), ('s', 1.0)])
-    """
+    """The tree of the connections that come first; those that close loops are later ones."""
     group: dict[str, str] = {}
     at: dict[str, list[Edge]] = {base: []}
     cuts = []
@@ -108,14 +98,6 @@ def branches(
         Bodies.
     path : list of (int, bool)
         Numbers of connections on the way, each with whether it is passed forwards.
-
-    Examples
-    --------
-    >>> bars = [("wall", "knee"), ("foot", "knee"), ("wall", "foot")]
-    >>> for start, end, path in branches(bars, ["wall", "foot"]):
-    ...     print(start, end, path)
-    wall foot [(0, True), (1, False)]
-    wall foot [(2, True)]
     """
     at: dict[str, list[int]] = {body: [] for body in ends}
     for number, pair in enumerate(connections):
@@ -145,11 +127,6 @@ def representative(group: dict[Node, Node], node: Node) -> Node:
 
     The group has a connected node of each that does not stand for itself; ways through it are
     shortened.
-
-    Examples
-    --------
-    >>> representative({"B": "A", "C": "B"}, "C")
-    'A'
     """
     while (nearer := group.get(node, node)) != node:
         group[node] = node = group.get(nearer, nearer)
@@ -157,13 +134,7 @@ def representative(group: dict[Node, Node], node: Node) -> Node:
 
 
 def connected_parts(nodes: Iterable[Node], edges: Iterable[Iterable[Node]]) -> dict[Node, Node]:
-    """For each node the first one, in their order, that edges connect with it.
-
-    Examples
-    --------
-    >>> connected_parts("ABCD", ["CB", "D"])
-    {'A': 'A', 'B': 'B', 'C': 'B', 'D': 'D'}
-    """
+    """For each node the first one, in their order, that edges connect with it."""
     order = {node: i for i, node in enumerate(dict.fromkeys(nodes))}
     group: dict[Node, Node] = {}
     for ends in edges:

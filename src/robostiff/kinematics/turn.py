@@ -86,12 +86,6 @@ def vector_of_turn_near(R: np.ndarray, near: np.ndarray) -> np.ndarray:
 
     Four times the products of the quaternion with itself, times that of the other: these are
     multiples of the quaternion.
-
-    Examples
-    --------
-    >>> r = np.array([0.0, 3.3, 0.0])
-    >>> vector_of_turn_near(turn_by_vector(r).astype(object), r).astype(float).round(12) + 0.0
-    array([0. , 3.3, 0. ])
     """
     a = float(np.linalg.norm(near))
     w = np.array([math.cos(0.5 * a), *(near * (0.5 * np.sinc(0.5 * a / math.pi)))])
@@ -129,15 +123,7 @@ def turned_point(pose: np.ndarray, point: np.ndarray) -> np.ndarray:
 
 
 def pose_after(pose: np.ndarray, moved: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """Poses (..., 6) after shifts of points of the platforms and rotations (..., 6), world axes.
-
-    Examples
-    --------
-    >>> half = np.array([[0, 0, 0, 0, 0, np.pi]])  # about a point at 1 m
-    >>> pose_after(np.zeros((1, 6)), half, np.array([1.0, 0, 0])).round(12) + 0.0
-    array([[2.        , 0.        , 0.        , 0.        , 0.        ,
-            3.14159265]])
-    """
+    """Poses (..., 6) after shifts of points of the platforms and rotations (..., 6), world axes."""
     turned = turn_after(moved[..., 3:], pose[..., 3:])
     found = np.concatenate([pose[..., :3] + moved[..., :3], turned], axis=-1)
     found[..., :3] += turned_point(pose, point) - turned_point(found, point)

@@ -122,14 +122,6 @@ class Linkage(Symbolic, Subject):
     InputError
         Two connections of one name, a connection from a body to itself, or a base, platform or held
         joint that is not there.
-
-    Examples
-    --------
-    >>> from robostiff.model import revolute
-    >>> hinge = revolute([0, 0, 1], Passive(), name="hinge")
-    >>> weld = Connection("hinge", "wall", "door", Frame.identity(), hinge, Frame.identity())
-    >>> Linkage("door", (weld,), "wall", "door", np.zeros(3)).bodies
-    ('wall', 'door')
     """
 
     kind: ClassVar[str] = "linkage"

@@ -245,15 +245,6 @@ def page_text(page: Page) -> str:
     r"""A page as text: a blank line around matrices and tables, advice at the end.
 
     Control characters in names are escaped.
-
-    Examples
-    --------
-    >>> page = Page("a\nb", " under load", "ok", [Facts((("rank", "6"),))], ["Hold the platform"])
-    >>> print(page_text(page))
-    a\nb under load
-    status: ok
-    rank: 6
-    advice: Hold the platform
     """
     lines = [page.before + page.name + page.place, *filter(None, [page.posture])]
     lines += [] if page.status is None else [f"status: {page.status}"]

@@ -15,13 +15,7 @@ _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "
 
 
 def number(value: float, digits: int = 5) -> str:
-    """A number with a few digits; zero without a sign.
-
-    Examples
-    --------
-    >>> number(1234567.0), number(-0.0), number(0.123456, 2)
-    ('1.2346e+06', '0', '0.12')
-    """
+    """A number with a few digits; zero without a sign."""
     return f"{value:.{digits}g}" if value else "0"
 
 
@@ -45,25 +39,13 @@ _IN_WORDS = re.compile(
 
 
 def typeset(text: str, words: Callable[[str], str], numeral: Callable[[str], str]) -> str:
-    """Text in a format, from how its words are written, and its numbers.
-
-    Examples
-    --------
-    >>> typeset("4e+08 N/m at (-1, 2) m of 3-puu", str, numeral_html)
-    '4·10<sup>8</sup> N/m at (−1, 2) m of 3-puu'
-    """
+    """Text in a format, from how its words are written, and its numbers."""
     parts = _IN_WORDS.split(text)
     return "".join(numeral(part) if i % 2 else words(part) for i, part in enumerate(parts))
 
 
 def short(value: float, digits: int = 3) -> str:
-    """A number in a picture: fewer digits, a true minus sign, thousands without an exponent.
-
-    Examples
-    --------
-    >>> short(-12.345), short(1.2345e-5), short(12345.0), short(0.0)
-    ('−12.3', '1.23e−5', '12300', '0')
-    """
+    """A number in a picture: fewer digits, a true minus sign, thousands without an exponent."""
     text = number(value, digits)
     mantissa, e, exponent = text.partition("e")
     if e and 0 <= int(exponent) < 6:
@@ -77,13 +59,6 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
     """Factor and unit that bring a number below 1000, and to 1 or more where a prefix can.
 
     The unit is in SI base units, such as ``N/m``; a plain number, empty or ``1``, gets no prefix.
-
-    Examples
-    --------
-    >>> prefixed(3.2e7, "N/m")
-    (1e-06, 'MN/m')
-    >>> prefixed(0.0, "rad")
-    (1.0, 'rad')
     """
     if unit in {"", "1"}:
         return 1.0, ""
@@ -96,36 +71,18 @@ def prefixed(largest: float, unit: str) -> tuple[float, str]:
 
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
-    """A number with its unit, whose prefix suits it.
-
-    Examples
-    --------
-    >>> quantity(-12345.0, "N"), quantity(1.5e-5, "m")
-    ('−12.3 kN', '15 µm')
-    """
+    """A number with its unit, whose prefix suits it."""
     times, shown = prefixed(abs(value), unit)
     return f"{short(times * value, digits)} {shown}"
 
 
 def percent(part: float, decimals: int | None = None) -> str:
-    """A part of a whole with four digits, or with as many decimals, as in a column.
-
-    Examples
-    --------
-    >>> percent(1.0), percent(0.46569), percent(0.46569, 0)
-    ('100 %', '46.57 %', '47 %')
-    """
+    """A part of a whole with four digits, or with as many decimals, as in a column."""
     return f"{number(100 * part, 4) if decimals is None else f'{100 * part:.{decimals}f}'} %"
 
 
 def row(values: Iterable[float]) -> str:
-    """Numbers of a short vector; rounding errors beside metres and radians are shown as zero.
-
-    Examples
-    --------
-    >>> row([0.5, 1e-17, -2.0])
-    '0.5, 0, -2'
-    """
+    """Numbers of a short vector; rounding errors beside metres and radians are shown as zero."""
     return ", ".join(number(value if abs(value) > _ROUNDING else 0.0) for value in values)
 
 

@@ -33,35 +33,17 @@ from robostiff.markup.numbers import number, numeral_html, numeral_typst, shown_
 
 
 def escaped(text: object) -> str:
-    """Text with the special characters of HTML escaped.
-
-    Examples
-    --------
-    >>> escaped("k < 2 & 'so on'")
-    'k &lt; 2 &amp; &#x27;so on&#x27;'
-    """
+    """Text with the special characters of HTML escaped."""
     return escape(printable(str(text), kept="\n\t"))
 
 
 def in_words(text: object) -> str:
-    """A sentence or a cell of a table: escaped, with numbers as in tables of numbers.
-
-    Examples
-    --------
-    >>> in_words("k < 4e+08 N/m")
-    'k &lt; 4·10<sup>8</sup> N/m'
-    """
+    """A sentence or a cell of a table: escaped, with numbers as in tables of numbers."""
     return typeset(str(text), escaped, numeral_html)
 
 
 def element(tag: str, content: str, **attributes: str) -> str:
-    """An element around content that is HTML already; ``_`` in names of attributes is ``-``.
-
-    Examples
-    --------
-    >>> element("td", "12", class_="number", data_unit="N/m")
-    '<td class="number" data-unit="N/m">12</td>'
-    """
+    """An element around content that is HTML already; ``_`` in names of attributes is ``-``."""
     written = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{escaped(value)}"'
         for name, value in attributes.items()
@@ -84,16 +66,7 @@ _HTML_IN_TONE = {
 
 
 def block_html(block: Block) -> str:  # noqa: PLR0911
-    """A block as HTML; numbers keep all their digits in ``<data value="...">``.
-
-    Examples
-    --------
-    >>> block_html(Paragraph("a < b"))
-    '<p>a &lt; b</p>'
-    >>> html = block_html(Table(["part", "share"], [["rod", Number(12.0, "%")]]))
-    >>> html.partition("<tbody>")[2].removesuffix("</tbody></table></div>")
-    '<tr><th scope="row">rod</th><td class="number"><data value="12.0">12</data> %</td></tr>'
-    """
+    """A block as HTML; numbers keep all their digits in ``<data value="...">``."""
     match block:
         case Paragraph(text, tone):
             return _HTML_IN_TONE[tone].format(element("p", in_words(text)))
@@ -256,27 +229,13 @@ TYPST_BLOCKS = """\
 
 
 def typst_text(text: str) -> str:
-    r"""Text for Typst: special characters escaped, numbers as in tables of numbers.
-
-    Examples
-    --------
-    >>> typst_text("joint #1"), typst_text("4e+08 N")
-    ('joint \\#1', '$4 dot 10^(8)$ N')
-    """
+    r"""Text for Typst: special characters escaped, numbers as in tables of numbers."""
     shown = printable(" ".join(text.split()))
     return typeset(shown, lambda words: _SPECIAL.sub(r"\\\1", words), numeral_typst)
 
 
 def block_typst(block: Block) -> str:  # noqa: PLR0911
-    """A block in Typst; documents begin with `TYPST_BLOCKS`.
-
-    Examples
-    --------
-    >>> print(block_typst(Table(["part", "share"], [["rod", Number(12.0, "%")]])))
-    #rows(2, (left, right,), table.header([part], [share]),
-      [rod], [$12$ %],
-    )
-    """
+    """A block in Typst; documents begin with `TYPST_BLOCKS`."""
     match block:
         case Paragraph(text, tone):
             return _TYPST_IN_TONE[tone].format(typst_text(text))

@@ -63,12 +63,16 @@ def identification_page(result: Identified, level: float = 0.95) -> Page:
         ("chi-square", Number(result.chi_square)),
         ("probability of a larger one", Number(result.probability)),
     ]
-    if not measured.has_sigma:
-        facts[2:] = [("standard deviation of a coordinate [µm]", Number(1e6 * result.sigma))]
-    branches = measured.branches
-    if len(branches):
-        floor = 1e6 * float(np.sqrt(np.nanmean(branches[:, :3] ** 2)))
-        facts.append(("loading less unloading, root mean square [µm]", Number(floor)))
+    if not measured.has_sigma:  # all readings have one unit
+        unit, factor = ("SI", 1.0) if measured.of_drives.all() else ("µm", 1e6)
+        facts[2:] = [
+            (f"standard deviation of a coordinate [{unit}]", Number(factor * result.sigma))
+        ]
+    for kinds, unit, factor in ((~measured.of_drives, "µm", 1e6), (measured.of_drives, "SI", 1.0)):
+        branches = measured.branches_among(kinds)[:, :3]
+        if len(branches):
+            floor = factor * float(np.sqrt(np.nanmean(branches**2)))
+            facts.append((f"loading less unloading, root mean square [{unit}]", Number(floor)))
     tables = (
         (("parameter", "value", f"{until} from", "to", "nominal"), rows),
         (("stiffness", "value", f"{until} from", "to"), stiffnesses),
@@ -88,7 +92,7 @@ def identification_page(result: Identified, level: float = 0.95) -> Page:
             "intervals": intervals,
             **attributes(result, "names covariance residuals leverage outliers chi_square"),
             **attributes(result, "degrees_of_freedom probability not_identified weak"),
-            "branches": branches,
+            "branches": measured.branches,
         },
     )
 

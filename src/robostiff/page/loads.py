@@ -56,6 +56,7 @@ def equilibrium_page(
         **attributes(result, "K K_sym K_total", has_K),
         "compliance": result.compliance if known and has_C else None,
         "margins": dict(result.margins),
+        "divisions": dict(result.divisions),
         "reactions": result.reactions if known else [],
         "parts": attributes_of(
             result.parts if known else (), "leg part number of wrench point motion load energy"
@@ -105,9 +106,11 @@ def _equilibrium_blocks(result: Equilibrium) -> list[Block | None]:
         of_rounding = np.abs(result.K[:d, :d]).max() * (_COORDINATES * length) ** 2
         is_strained = bool(result.energy > of_rounding)
     least = max(KNOWN * np.abs(moved).max(initial=0.0), least)
+    words = ", ".join(f"{name} into {n} elements" for name, n in result.divisions.items())
+    divided = [("beams that bend far, divided", words)] if words else []
     blocks: list[Block | None] = [
         load_table(space, result.wrench, np.where(np.abs(moved) < least, 0.0, moved)),
-        Facts((("pose", f"[{row(result.pose)}] (m, rad)"),)),
+        Facts((("pose", f"[{row(result.pose)}] (m, rad)"), *divided)),
     ]
     if result.critical is None or not result.stable:
         blocks.append(Paragraph(stability_in_words(result)))

@@ -44,13 +44,6 @@ def energy_shares(deflection: Deflection, *, backend: PlotBackend[Drawn] = PAPER
         When it is no deflection.
     NoAnswerError
         When there is no deflection.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> bent = rs.deflection(rs.load("hexapod"), wrench=[0, 0, -1000, 0, 0, 0])
-    >>> rs.plot.energy_shares(bent).get_xlabel()
-    'share of elastic energy [%]'
     """
     if not isinstance(deflection, Deflection):
         expected = "a result of rs.deflection(robot, pose, wrench)"
@@ -126,12 +119,6 @@ def comparison(
         When the two are of different kinds.
     NoAnswerError
         When one has no answer.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> thin, thick = rs.load("hexapod"), rs.load("gough-stewart-b-beams")
-    >>> axes = rs.plot.comparison(rs.stiffness(thin), rs.stiffness(thick))
     """
     if isinstance(first, Deflection) and isinstance(second, Deflection):
         one, other = first.stiffness, second.stiffness
@@ -204,13 +191,6 @@ def load_curve(
     ------
     InputError
         When the dataset is another, or has no displacement of this name.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> curve = rs.load_path(rs.load("3-puu"), None, [500, 0, 0, 0, 0, 0], [0.5, 1.0])
-    >>> rs.plot.load_curve(curve).get_xlabel()
-    'dx [mm]'
     """
     if not hasattr(curve, "data_vars") or "path_factor" not in curve:
         names = getattr(curve, "data_vars", None)

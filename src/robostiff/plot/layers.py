@@ -78,13 +78,6 @@ def layers_of(
     ------
     NoAnswerError
         When the pose is out of reach.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> bent = rs.deflection(rs.load("hexapod"), wrench=[500, 0, 0, 0, 0, 0])
-    >>> layers_of(bent, {"robot", "load"}).notes
-    ('displacements × 5000',)
     """
     colours: Mapping[str, Paint] = {}
     if isinstance(answer, CableResponse):

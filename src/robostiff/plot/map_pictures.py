@@ -68,14 +68,6 @@ def map_slice(
     ------
     InputError
         When a name is not in the map, or something remains to be chosen.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> grid = rs.Grid(x=rs.Axis(-0.3, 0.3, 5), y=rs.Axis(-0.3, 0.3, 5))
-    >>> found = rs.stiffness_map(rs.load("3-puu"), grid, [rs.Quantity.WORST_DEFLECTION])
-    >>> rs.plot.map_slice(found, "worst_deflection", x="x", y="y").get_xlabel()
-    'x [m]'
     """
     part = select(found, variable, (y, x), at or {}, full_rank)
     rows, columns = part.axes
@@ -144,13 +136,6 @@ def map_overview(
     ------
     InputError
         When a name is not in the map, or a single pose is left.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> grid = rs.Grid(x=rs.Axis(-0.3, 0.3, 5), y=rs.Axis(-0.3, 0.3, 5))
-    >>> rs.plot.map_overview(rs.stiffness_map(rs.load("3-puu"), grid), "rank").get_title()
-    '3-puu, rank'
     """
     found = checked_map(found)
     if variable is None:
@@ -238,14 +223,6 @@ def map_bands(
     ------
     InputError
         When a name is not in the map, or a component remains to be chosen.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> grid = rs.Grid(x=rs.Axis(-0.3, 0.3, 5), y=rs.Axis(-0.3, 0.3, 5))
-    >>> found = rs.stiffness_map(rs.load("3-puu"), grid, [rs.Quantity.WORST_DEFLECTION])
-    >>> rs.plot.map_bands(found, "worst_deflection", along="x").get_ylabel()
-    'worst deflection [µm/N]'
     """
     p = np.asarray(percents, dtype=float)
     ordered = p.ndim == 1 and len(p) % 2 == 1 and np.all(np.diff(p) > 0)
@@ -319,15 +296,6 @@ def map_isosurface(
     InputError
         When a name is not in the map, something remains to be chosen, or no pose lies on the other
         side of a level.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> axis = rs.Axis(-0.1, 0.1, 3)
-    >>> grid = rs.Grid(x=axis, y=axis, z=rs.Axis(0.8, 1.0, 3))
-    >>> found = rs.stiffness_map(rs.load("hexapod"), grid, [rs.Quantity.WORST_DEFLECTION])
-    >>> middle = float(found.worst_deflection.median())
-    >>> axes = rs.plot.map_isosurface(found, "worst_deflection", middle, x="x", y="y", z="z")
     """
     if variable in CLASSES:
         raise InputError("quantity of a surface", got=variable, expected="one that has numbers")

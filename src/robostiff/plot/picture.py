@@ -212,14 +212,7 @@ Paint = PlainColour | Category | float
 
 
 def colour_of(paint: Paint, palette: Palette, scale: ColourScale | None = None) -> str:
-    """The colour #rrggbb of a paint in a theme.
-
-    Examples
-    --------
-    >>> from robostiff.plot.theme import Theme
-    >>> colour_of(Category(0), Theme.LIGHT.palette)
-    '#0072B2'
-    """
+    """The colour #rrggbb of a paint in a theme."""
     if isinstance(paint, PlainColour):
         return getattr(palette, paint.value)
     if isinstance(paint, Category):

@@ -320,12 +320,6 @@ def mode(
     ------
     InputError
         When there is no such mode.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> rs.plot.mode(rs.modes(rs.load("hexapod"), masses={"platform": 150})).get_title()
-    'hexapod, mode 1: 49.65 Hz'
     """
     if not isinstance(modes, Modes) or modes.batch_shape:
         raise InputError("modes of a plot", got=modes, expected="a result of rs.modes(robot)")

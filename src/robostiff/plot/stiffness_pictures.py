@@ -83,13 +83,6 @@ def ellipsoid(
         When the result is of several poses.
     NoAnswerError
         When there is no stiffness matrix, or the platform is free in all directions.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> result = rs.stiffness(rs.load("hexapod"))
-    >>> rs.plot.ellipsoid(result).get_zlabel()
-    'z [nm/N]'
     """
     single_stiffness(result, "an ellipsoid")
     around, axes = surroundings(within, result), principal_axes(result, quality)
@@ -173,13 +166,6 @@ def free_motions(
         When the result is of several poses.
     NoAnswerError
         When the pose is out of reach.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> axes = rs.plot.free_motions(rs.stiffness(rs.load("gough-stewart-a")))
-    >>> axes.get_legend().get_texts()[0].get_text()
-    'rotation about x through (0, 0, 2) m'
     """
     single_stiffness(result, "free motions")
     if isinstance(result, Stiffness) and Status.UNREACHABLE in result.status:

@@ -88,13 +88,6 @@ def angle_of(sine_: Any, cosine_: Any, near: float = 0.0) -> Any:
     """Angle of a known sine and cosine, within half a turn of another angle [rad].
 
     Its own sine and cosine are these two: they leave no operations in the record.
-
-    Examples
-    --------
-    >>> record = Record({"s": [0.6], "c": [0.8]})
-    >>> q = angle_of(record.input("s"), record.input("c"))
-    >>> sine(q), cosine(q)
-    (Entry(0), Entry(1))
     """
     s, c = sine(near), cosine(near)
     found = near + arc_tangent(sine_ * c - cosine_ * s, cosine_ * c + sine_ * s)
@@ -171,13 +164,6 @@ def derivatives_along(
     """Rate of entries when some inputs change at rates of their own, entries or numbers.
 
     InputError when the record has no such input.
-
-    Examples
-    --------
-    >>> record = Record({"x": [3.0], "y": [2.0], "dy": [0.5]})
-    >>> x, y = record.input("x"), record.input("y")
-    >>> derivatives_along(record, [x * y], {"x": 1, "y": record.input("dy")})[0].sample
-    array([3.5])
     """
     for name in direction:
         if name not in record.inputs:
@@ -207,13 +193,6 @@ def gradient(record: Record, output: Any, names: Sequence[str]) -> list[Any]:
     It takes some three times as many operations as the entry, however many inputs there are.
 
     InputError when the record has no such input.
-
-    Examples
-    --------
-    >>> record = Record({"x": [3.0], "y": [2.0]})
-    >>> x, y = record.input("x"), record.input("y")
-    >>> [float(rate.sample[0]) for rate in gradient(record, x * y + x, ["x", "y"])]
-    [3.0, 3.0]
     """
     for name in names:
         if name not in record.inputs:

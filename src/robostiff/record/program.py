@@ -59,14 +59,6 @@ class Program:
     steps : ProgramSteps
     outputs : tuple of int
         Steps that are the results.
-
-    Examples
-    --------
-    >>> record = Record({"x": [1.0], "y": [2.0]})
-    >>> x, y = record.input("x"), record.input("y")
-    >>> program = Program.of(record, [x * y + 1, 3.0])
-    >>> [float(value) for value in program.evaluate({"x": 2.0, "y": 5.0})]
-    [11.0, 3.0]
     """
 
     inputs: tuple[str, ...]
@@ -139,9 +131,9 @@ class Program:
         return {
             "inputs": list(self.inputs),
             "operations": "".join(_LETTERS[operation] for operation in steps.operations),
-            **{name: packed(own) for name, own in (("a", steps.a), ("b", steps.b))},
+            **{name: _packed(own) for name, own in (("a", steps.a), ("b", steps.b))},
             "numbers": list(steps.numbers.values()),
-            "outputs": packed(self.outputs),
+            "outputs": _packed(self.outputs),
         }
 
     @classmethod
@@ -174,7 +166,7 @@ class Program:
         return cls(inputs, steps, tuple(outputs.tolist()))
 
 
-def packed(places: Sequence[int]) -> str:
+def _packed(places: Sequence[int]) -> str:
     """Places of steps as text, which is read in a tenth of the time of their digits."""
     return b64encode(np.array(places, dtype=_PLACE).tobytes()).decode()
 

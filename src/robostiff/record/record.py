@@ -93,15 +93,6 @@ class Record:
         come from another record and nothing is to be decided.
     most : int, optional
         How many steps it may have. One more raises a `NoAnswerError`.
-
-    Examples
-    --------
-    >>> record = Record({"x": [1.0, 2.0]})
-    >>> x = record.input("x")
-    >>> ((x + 1) * (1 + x)).sample
-    array([4., 9.])
-    >>> record.size
-    4
     """
 
     def __init__(self, inputs: Mapping[str, ArrayLike], most: int | None = None) -> None:
@@ -124,6 +115,7 @@ class Record:
         # By their leading digits, as far as they have been looked for.
         self._by_value: dict[int, list[int]] = {}
         self._ordered = 0
+        self._hidden: set[int] = set()
         for name, values in samples.items():
             self._append(Operation.INPUT, name, None, tuple(values.tolist()))
 
@@ -139,6 +131,10 @@ class Record:
     def input(self, name: str) -> Entry:
         """The input of a name."""
         return Entry(self, self._known[Operation.INPUT][name, None])
+
+    def hide(self, name: str) -> None:
+        """Take no input of this name for another entry that has its values."""
+        self._hidden.add(self.input(name).step)
 
     def add_input(self, name: str, sample: ArrayLike) -> Entry:
         """One more input, after those of before, with its values at the sample points.
@@ -222,6 +218,8 @@ class Record:
         for earlier in sorted([*near(digits - 1, ()), *near(digits, ()), *near(digits + 1, ())]):
             if earlier >= value.step:
                 break
+            if earlier in self._hidden:
+                continue
             other = self._samples[earlier]  # the same up to one sign
             sign = 1.0 if other[0] * samples[0] > 0 else -1.0
             both = zip(other, samples, strict=True)
@@ -299,14 +297,6 @@ class Entry:
     record : Record
     step : int
         Which step of the record.
-
-    Examples
-    --------
-    >>> x = Record({"x": [3.0]}).input("x")
-    >>> 0 * x + x * 1 - x
-    0
-    >>> (np.array([x, 2], dtype=object) @ np.array([x, x], dtype=object)).sample
-    array([15.])
     """
 
     __slots__ = ("record", "step")

@@ -17,7 +17,7 @@ from robostiff.frozen import frozen
 from robostiff.kinematics.formula import FormulaPose, PlacedFormula
 from robostiff.kinematics.spanning_tree import spanning_tree
 from robostiff.model import FlexiblePlatform, PlacedLeg, PlacedSpring, Robot
-from robostiff.record import Entry, most_size
+from robostiff.record import Entry
 from robostiff.recorded.elimination import (
     Carried,
     Column,
@@ -26,6 +26,7 @@ from robostiff.recorded.elimination import (
     add_energy_in_shares,
     carried_by,
     dot,
+    ends_of,
     energy_of,
     from_world,
     local_leg,
@@ -37,7 +38,6 @@ from robostiff.recorded.elimination import (
 from robostiff.recorded.leg import LegRecorder, RecordedLeg
 
 _LOAD = "the load of the platform"  # closes one more loop, as a chain of base and platform
-_ROUNDING = 1e-11  # of a wrench: what elimination leaves of zero
 
 
 @frozen
@@ -130,13 +130,7 @@ def circulating(
         sums = [[dot(share, row) for row in zip(*over[chain], strict=True)] for share in shares]
         each = zip(energy, energy_of(local, sums, rows), strict=True)
         energy = [[x + y for x, y in zip(*pair, strict=True)] for pair in each]
-    # What they hold the platform by; what vanishes at all samples is 0, as closed loops have it.
-    # Free motions are no stiffness then, and internal stress holds nothing.
-    sizes = [_ROUNDING * wrench_size(way, scale) for way in found.wrenches]
-    ways = [
-        [0 if most_size(x) <= size * s else x for x, s in zip(way[:n], scale[:n], strict=True)]
-        for way, size in zip(found.wrenches, sizes, strict=True)
-    ]
+    ways = ends_of(found.wrenches, n, scale)  # what they hold the platform by
     conjugate = made_conjugate(ways, energy, name)
     return RecordedLeg(
         name=name,

@@ -230,16 +230,6 @@ def record_closure(
     ------
     InputError
         When home has no room around it.
-
-    Examples
-    --------
-    >>> from robostiff.kinematics import posture_finder
-    >>> from robostiff.robots import load
-    >>> robot = load("3-rps")
-    >>> joints = [f"{leg.name}/{i}" for leg in robot.legs for i in range(leg.chain.size)]
-    >>> closure = record_closure(robot, posture_finder(robot), joints)
-    >>> closure.inputs, len(closure.start)
-    (('z', 'rx', 'ry'), 11)
     """
     poses, each_leg = closed_samples(robot, finder)
     chosen = robot.coordinate_places

@@ -212,6 +212,7 @@ _LOST = 1e-9  # a joint nearer than this to those before is redundant, as in `To
 _FEW_DIGITS = 0.01  # a pivot of drives loses but half as many digits as its square says
 _SAFE = 0.2  # of a drive: where it is larger at all samples, shorter wrenches are preferred
 _LITTLE = 1e-4  # of a pivot of energies: what is left of it has few digits
+_ROUNDING = 1e-11  # of a wrench: what elimination leaves of zero
 _RIGID = 1e-13  # of a compliance: what is left of it is rounding
 
 
@@ -255,7 +256,7 @@ def transmitted_by(
     for twist in twists:
         drives = [dot(w, twist) for w in wrenches]
         size_of_twist = _norm([t * s for t, s in zip(twist, scale, strict=True)])
-        sizes = [_scaled(w, scale) * size_of_twist for w in wrenches]
+        sizes = [wrench_size(w, scale) * size_of_twist for w in wrenches]
         # A pivot is lost if it is small at all samples, safe if it is large at each of them.
         drives = [
             0 if most_size(drive) <= _LOST * size else drive
@@ -422,11 +423,7 @@ def carried_by(leg: LocalLeg, rows: Sequence[int], length: float) -> Carried:
     idle = [0] * inner
     found = transmitted_by([*conditions, *([*t, *idle] for t in twists)], columns, scale)
     branches = [branch for block in blocks for branch in block]
-    # rounding is left of the end of some ways that hold nothing
-    wrenches = [
-        way[:n] if _scaled(way[:n], scale) > _RIGID * _scaled(way, scale) else [0] * n
-        for way in found.wrenches
-    ]
+    wrenches = ends_of(found.wrenches, n, scale)
     energy = energy_of(leg, wrenches, rows)
     add_energy_in_shares(energy, [way[n:] for way in found.wrenches], branches)
     return Carried(
@@ -460,14 +457,22 @@ def add_energy_in_shares(
         start = stop
 
 
+def ends_of(ways: Sequence[Column], n: int, scale: Sequence[float]) -> list[Column]:
+    """What ways around loops hold the end by, their first n entries; 0 where that is rounding.
+
+    Free motions are no stiffness then, and internal stress holds nothing.
+    """
+    sizes = [_ROUNDING * wrench_size(way, scale) for way in ways]
+    return [
+        [0 if most_size(x) <= size * s else x for x, s in zip(way[:n], scale[:n], strict=True)]
+        for way, size in zip(ways, sizes, strict=True)
+    ]
+
+
 def wrench_size(wrench: Column, scale: Sequence[float]) -> float:
     """Norm of a scaled wrench, the mean over the samples; 1 of one that holds nothing."""
-    return _scaled(wrench, scale) or 1.0
-
-
-def _scaled(wrench: Sequence[Any], scale: Sequence[float]) -> float:
     squares = [
         np.mean((x.sample if isinstance(x, Entry) else float(x)) ** 2) / s**2
         for x, s in zip(wrench, scale, strict=False)
     ]
-    return float(np.sqrt(sum(squares)))
+    return float(np.sqrt(sum(squares))) or 1.0

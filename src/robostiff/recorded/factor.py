@@ -165,11 +165,6 @@ def eigenvalues(A: Sequence[Sequence[Any]]) -> list[Any]:
     ------
     InputError
         For another size.
-
-    Examples
-    --------
-    >>> [round(x, 12) for x in eigenvalues([[2.0, 1.0, 0.0], [1.0, 2.0, 0.0], [0.0, 0.0, 5.0]])]
-    [1.0, 3.0, 5.0]
     """
     n = len(A)
     if n == 1:

@@ -183,12 +183,6 @@ def following_balls(leg: Leg) -> list[int]:
     """First places of the passive ball joints that turn as far as the bodies at both sides need.
 
     In each loop of a leg, the last one.
-
-    Examples
-    --------
-    >>> from robostiff.robots import load
-    >>> following_balls(load("us-ups").legs[0])
-    [2]
     """
     chain = leg.chain
     if chain.is_coupled:

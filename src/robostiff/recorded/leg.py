@@ -31,15 +31,7 @@ from robostiff.spatial import Space
 
 
 def lower_bound(record: Record, step: int) -> float:
-    """A number that a step never falls below; minus infinity where its operations give none.
-
-    Examples
-    --------
-    >>> record = Record({"x": [3.0]})
-    >>> x = record.input("x")
-    >>> lower_bound(record, (x * x * 2 + 1).step), lower_bound(record, x.step)
-    (1.0, -inf)
-    """
+    """A number that a step never falls below; minus infinity where its operations give none."""
     bounds: dict[int, float] = {}
     for i in record.steps_needed([step]):  # each step once: many share their arguments
         operation, a, b = record.operation(i)

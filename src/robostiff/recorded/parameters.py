@@ -32,14 +32,6 @@ def entry_reader(record: Record, *, exact: bool) -> Callable[[Any], Any]:
 
     The record has an input for every symbol. `exact`: numbers of SymPy stay as they are; otherwise
     they become floats.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> R, h = sp.symbols("R h")
-    >>> read = entry_reader(Record({"R": [3.0], "h": [4.0]}), exact=False)
-    >>> read(sp.sqrt(R**2 + h**2) / 2).sample
-    array([2.5])
     """
     known: dict[Any, Any] = {}
 
@@ -145,13 +137,6 @@ def parameter_samples(robot: Symbolic, seed: int | None = None) -> dict[str, np.
     """Values of the symbols of a robot around the nominal ones, by name (samples,); {} of none.
 
     Another seed gives others than those of the records.
-
-    Examples
-    --------
-    >>> from robostiff.robots import load
-    >>> samples = parameter_samples(load("planar-link", symbols=("L",)))
-    >>> samples["L"].shape, bool(np.all(np.abs(samples["L"] - 0.5) <= 0.01))
-    ((5,), True)
     """
     random = np.random.default_rng(_SEED if seed is None else seed)
     names = [str(symbol) for symbol in robot.symbols]

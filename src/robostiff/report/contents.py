@@ -68,11 +68,6 @@ class TitleBlock:
     ------
     InputError
         When a line is no text, or longer than a line.
-
-    Examples
-    --------
-    >>> TitleBlock(project="Cell 4", revision="B").lines
-    (('project', 'Cell 4'), ('revision', 'B'))
     """
 
     project: str = ""

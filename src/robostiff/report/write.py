@@ -425,12 +425,6 @@ def report_path(path: str | Path) -> Path:
     ------
     InputError
         When it ends in neither .html nor .pdf, is a directory, or lies in none.
-
-    Examples
-    --------
-    >>> report_path("hexapod.txt")
-    Traceback (most recent call last):
-    robostiff.errors.InputError: file of a report: got 'hexapod.txt', expected ...
     """
     path = Path(path)
     if path.suffix.lower() not in {*_PAGES, _PAPER}:

@@ -31,13 +31,7 @@ def endings() -> tuple[str, ...]:
 
 
 def is_description(path: str | Path) -> bool:
-    """Whether a file is a robot description, by its ending.
-
-    Examples
-    --------
-    >>> is_description("cell/ur5.urdf"), is_description("hexapod.yaml")
-    (True, False)
-    """
+    """Whether a file is a robot description, by its ending."""
     ending = Path(path).suffix.lower() if isinstance(path, str | Path) else ""
     return ending in _URDF or (ending not in ("", *MODELS) and is_offered(READERS, ending))
 
@@ -61,13 +55,7 @@ def is_side_file(document: Document) -> bool:
 
 
 def describes_bodies(path: str | Path) -> bool:
-    """Whether `load_linkage` takes a file: a description, or a side file that names one.
-
-    Examples
-    --------
-    >>> describes_bodies("double-pantograph"), describes_bodies("hexapod")
-    (True, False)
-    """
+    """Whether `load_linkage` takes a file: a description, or a side file that names one."""
     from robostiff.io.document import read_document
 
     if path in shipped_linkages() or is_description(path):
@@ -212,11 +200,6 @@ def reader_of(value: Any) -> Reader | None:
     """What reads an object of another program; None for anything else.
 
     The package of the object is not imported to find that out.
-
-    Examples
-    --------
-    >>> reader_of("hexapod") is None
-    True
     """
     if isinstance(value, str | os.PathLike | None):
         return None

@@ -72,11 +72,6 @@ def robot_file(name: str) -> Path:
     ------
     InputError
         When no shipped robot has this name.
-
-    Examples
-    --------
-    >>> robot_file("3-puu").name
-    '3-puu.yaml'
     """
     for folder in _FOLDERS:
         if name in _names_in(folder):
@@ -91,11 +86,6 @@ def describe(name: str) -> RobotInfo:
     ------
     InputError
         When no shipped robot has this name.
-
-    Examples
-    --------
-    >>> describe("planar-link").title
-    'Cantilever link with a passive joint at its tip'
     """
     from robostiff.io.document import parse_document
 

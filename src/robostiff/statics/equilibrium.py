@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -140,7 +141,8 @@ def equilibrium(
     for i, row in enumerate(np.atleast_2d(each)):
         if loaded is None or postures.batch:
             loaded = postures.with_loads(i, acting)
-        answers.append(solve(loaded, *((row,) if displacement is None else (None, row))))
+        given = (row, None) if displacement is None else (None, row)
+        answers.append(solve(loaded, partial(postures.loaded_at, i), *given))
     return Equilibrium.of(postures.robot.name, space, answers if each.ndim > 1 else answers[0])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from robostiff.one_thread import in_one_thread
 from robostiff.spatial import as_float, as_floats
 from robostiff.statics.chains.beam_bowing import Beams, Bowing
 from robostiff.statics.equations.equilibrium_path import OnPath, first_critical, path
+from robostiff.statics.equations.newton import FoundEquilibrium
 from robostiff.statics.equations.problem import LoadCase
 from robostiff.statics.equations.stability import (
     CriticalPoint,
@@ -31,7 +33,7 @@ from robostiff.statics.equations.stability import (
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads
 from robostiff.statics.loading.loaded_posture import LoadedPosture, one_loaded_posture
 from robostiff.statics.result import Equilibrium
-from robostiff.statics.solution import solve
+from robostiff.statics.solution import BeamCheck, solve, with_enough_elements
 
 if TYPE_CHECKING:
     import xarray
@@ -173,14 +175,25 @@ def critical_load(
         raise InputError("up_to of a critical load", got=up_to, expected="a positive factor")
     grows = "critical_load(robot, pose, [0, 0, -1000, 0, 0, 0])"
     acting = Acting(loads, gravity, preload, beams, at, laws or {})
-    loaded, F = one_loaded_posture(robot, pose, wrench, near, acting, grows)
+    loaded, F, again = one_loaded_posture(robot, pose, wrench, near, acting, grows)
     problem, status = loaded.problem, loaded.status
     if not loaded.has_posture:
         return CriticalLoad(loaded.name, F, status, 0.0, None)
     if problem.at_rest.rigid:
         status |= Status.RIGID_DIRECTION
     loading = LoadCase(F, share=1.0, share_rate=0.0)
-    last, point, searched_to = first_critical(path(problem, loading), up_to)
+
+    def search(
+        loaded: LoadedPosture, check: BeamCheck
+    ) -> tuple[FoundEquilibrium | None, CriticalPoint | None, float]:
+        last, point, searched_to = first_critical(
+            check.watched(path(loaded.problem, loading)), up_to
+        )
+        if point is not None:
+            check.see(point.found.state)
+        return last, point, searched_to
+
+    last, point, searched_to = with_enough_elements(loaded, again, search)
     is_free = not meets_stiffness(problem.at_rest)
     if is_free:
         status |= Status.FREE_MOTIONS
@@ -251,12 +264,14 @@ def load_path(
         raise InputError("factors of a load path", got=factors, expected=words)
     grows = "load_path(robot, pose, [0, 0, -1000, 0, 0, 0], factors)"
     acting = Acting(loads, gravity, preload, beams, at, laws or {})
-    loaded, F = one_loaded_posture(robot, pose, wrench, near, acting, grows)
-    answers = [solve(loaded, factor * F, None, standing=True) for factor in s]
+    loaded, F, again = one_loaded_posture(robot, pose, wrench, near, acting, grows)
+    follow = partial(_path, F=F, furthest=float(s.max()))
+    loaded, along = with_enough_elements(loaded, again, follow)
+    answers = [solve(loaded, again, factor * F, standing=True) for factor in s]
     found = Equilibrium.of(loaded.name, loaded.space, answers)
     with needs_extra("maps", "maps"):
         import xarray
-    space, along = loaded.space, _path(loaded, F, float(s.max()))
+    space = loaded.space
     energy = np.array([answer.energy if answer.has_answer else np.nan for answer in found])
     moved = np.reshape([step.found.displacement for step in along], (len(along), space.size))
     critical = [point for step in along for point in step.critical]
@@ -292,17 +307,19 @@ def load_path(
     )
 
 
-def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> list[OnPath]:
-    """Equilibria as the wrench grows, until it is reached, or has turned back to nothing.
+def _path(
+    loaded: LoadedPosture, check: BeamCheck, F: np.ndarray, furthest: float
+) -> tuple[LoadedPosture, list[OnPath]]:
+    """A robot, and its equilibria as the wrench grows to the furthest, or turns back to nothing.
 
     Between a stable and an unstable one stands the critical point, which counts as stable.
     """
     problem = loaded.problem
     if furthest <= 0 or not loaded.has_posture:
-        return []
+        return loaded, []
     loading = LoadCase(F, share=1.0, share_rate=0.0)
     found: list[OnPath] = []
-    for step in path(problem, loading, largest=0.1 * furthest):
+    for step in check.watched(path(problem, loading, largest=0.1 * furthest)):
         on_path, at = step, step.found
         if at.factor > furthest:  # the last step ends at the largest factor
             last = on_path.at(furthest)
@@ -315,4 +332,4 @@ def _path(loaded: LoadedPosture, F: np.ndarray, furthest: float) -> list[OnPath]
         found.append(on_path)
         if found[1:] and not 0 <= at.factor < furthest:
             break
-    return found
+    return loaded, found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import product
@@ -13,7 +13,15 @@ from robostiff.analysis.deflection_under_load import PartShare, by_share
 from robostiff.frozen import field, frozen, replace
 from robostiff.model import PlacedPlatform
 from robostiff.spatial import cross, skew
-from robostiff.statics.chains.elements import BodyPlace, FiniteJoint, Owner, group_of, wrench_at
+from robostiff.spatial.rotation import vector_of_rotation
+from robostiff.statics.chains.elements import (
+    BodyPlace,
+    FiniteJoint,
+    FiniteSpring,
+    Owner,
+    group_of,
+    wrench_at,
+)
 from robostiff.statics.chains.legs import State
 from robostiff.statics.equations.problem import EquilibriumProblem
 
@@ -169,14 +177,22 @@ class CarriedLoads:
         for c, (chain, bodies) in enumerate(zip(legs.chains, at.bodies, strict=True)):
             W, P = np.zeros(6), self._ends[c]
             W[list(legs.rows)] = state.W[c]
-            names = [e.name for e in chain.elements]
+            names = [e.name for e in chain.elements if not getattr(e, "goes_on", False)]
+            number, first = Counter[str](), 0  # of the elements of a part
             for k, element in enumerate(chain.elements):
+                if isinstance(element, FiniteSpring) and element.goes_on:
+                    continue
                 x = state.x[legs.numbers.places[c, k]]
                 if isinstance(element, FiniteJoint):
                     body, moved, unit = bodies[k], x, "N m" if element.turns else "N"
                     load = element.force(float(x[0])) - self.share * float(element.preload)
                 else:
                     body, moved, unit = bodies[k + 1], element.modes @ x, ""
+                    if first < k:
+                        start, back = bodies[first], R[bodies[first]].T
+                        d = back @ (R[body] @ element.point + t[body] - t[start]) - element.point
+                        turn = vector_of_rotation(back @ R[body])
+                        moved = np.concatenate([d, turn]).reshape(2, 3) @ element.rotation
                     load = None
                 C = R[body] @ element.point + t[body]
                 f, m = W[:3], W[3:] + cross(P - C, W[:3])
@@ -186,18 +202,20 @@ class CarriedLoads:
                     m = m + cross(points[beyond] - C, forces[beyond]).sum(axis=0)
                 if isinstance(element, FiniteJoint) and element.is_passed_back:
                     f, m = -f, -m
+                number[element.name] += 1
                 part = LoadedPart(
                     leg=chain.owner.name,
                     part=element.name,
-                    number=1 + names[:k].count(element.name),
+                    number=number[element.name],
                     of=names.count(element.name),
                     wrench=np.concatenate([f, m]),
                     point=C,
-                    motion=moved,
+                    motion=moved.ravel(),
                     load=load,
-                    energy=energies[c][k],
+                    energy=sum(energies[c][first : k + 1]),
                     unit=unit,
                 )
+                first = k + 1
                 found.append((chain.owner, part))
                 for name, s, load, energy in sums[c, k]:
                     moved = {"motion": s, "load": load, "energy": energy}

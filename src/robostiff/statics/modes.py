@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from functools import cache, cached_property, partial
 from operator import getitem
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,7 +25,7 @@ from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.one_thread import in_one_thread
 from robostiff.spatial import Space
-from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.chains.beam_bowing import Beams, Bowing, Division
 from robostiff.statics.equations.newton import FoundEquilibrium
 from robostiff.statics.equations.problem import EquilibriumProblem
 from robostiff.statics.equations.stability import energies_of
@@ -33,6 +33,7 @@ from robostiff.statics.equations.vibration import Vibrations, mass_rows, vibrati
 from robostiff.statics.loaded_parts import BodyPlaces, body_places, shares
 from robostiff.statics.loading.given_loads import Acting, Gravity, Laws, Loads, Masses, has_masses
 from robostiff.statics.loading.loaded_posture import (
+    LoadedPosture,
     Postures,
     as_snapshot,
     beside,
@@ -42,7 +43,7 @@ from robostiff.statics.loading.loaded_posture import (
 from robostiff.statics.solution import Solution, equilibrium_under
 
 # So that beams have modes of their own, the first of them within some percent.
-_HALVES = Bowing(elements=2, inner_modes=True)
+_BOWING = Bowing()
 # Of the platform's motion beside that of the legs: below this it stays.
 _STAYS = 1e-6
 # Of a motion, rotations times the length of the robot: below this it is called a translation.
@@ -245,7 +246,7 @@ def modes(
     gravity: Gravity = None,
     preload: Mapping[str, Any] | None = None,
     laws: Laws | None = None,
-    beams: Beams = _HALVES,
+    beams: Beams = _BOWING,
     near: Near = None,
 ) -> Modes:
     """Natural frequencies and mode shapes of a robot at a pose, without load or under one.
@@ -265,9 +266,9 @@ def modes(
         centre or point is at that part or node, or at the reference point of the robot, whatever
         `at` is. These have no weight: `loads` take those.
     beams : Bowing or Linear
-        As for `equilibrium`; each beam is two elements when left out. Frequencies come from above:
-        that of a beam within itself is 0.5 % high with one element for each half wave, and a beam
-        of one element between two bodies has none.
+        As for `equilibrium`; each beam is two elements or more when their number is left open.
+        Frequencies come from above: that of a beam within itself is 0.5 % high with one element for
+        each half wave, and a beam of one element between two bodies has none.
 
     Returns
     -------
@@ -288,7 +289,7 @@ def modes(
     """
     postures = postures_of(robot, pose, near)
     given = beside(postures.batch, wrenches_of("wrench", wrench, postures.robot.space))
-    acting = Acting(loads, gravity, preload, beams, at, laws or {})
+    acting = Acting(loads, gravity, preload, beams, at, laws or {}, Division(least=2))
     request = _Request(postures, acting, masses or {}, np.atleast_2d(given))
     if given.ndim == 1:
         return request.one(0)
@@ -308,10 +309,12 @@ class _Request:
         """Modes at one pose; its vibrations at rest may be known."""
         postures, robot = self.postures, self.postures.robot
         loaded = cache(partial(postures.with_loads, i, self.acting, self.masses))
-        solve = cache(lambda: equilibrium_under(loaded(), self.wrenches[i]))
+        again = partial(postures.loaded_at, i, masses=self.masses)
+        solve = cache(lambda: equilibrium_under(loaded(), self.wrenches[i], again))
         status = solve().status if known is None else postures.status(i)
         if known is None and (found := solve().found) is not None:
-            (known,) = vibrations(found.problem, loaded().masses, found.known, found.state)
+            masses = cast("LoadedPosture", solve().loaded).masses
+            (known,) = vibrations(found.problem, masses, found.known, found.state)
         about = robot.name, robot.space, np.asarray(int(status), dtype=np.uint16)
         if known is None:
             return Modes(*about)

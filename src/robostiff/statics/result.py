@@ -35,8 +35,6 @@ from robostiff.statics.loaded_parts import (
 from robostiff.statics.loading.loaded_posture import LoadedPosture, as_snapshot
 from robostiff.statics.solution import Solution
 
-# Turn of an end of a beam against the other, at which one element is some 0.5 % off.
-_FAR = 0.1
 _NOT_FREE = (
     "rigid parts do not let the platform move so: give a displacement along the motions that they "
     "leave, or a wrench"
@@ -132,6 +130,16 @@ class Equilibrium(StatusOfPoses, InNotebooks):
         return self.solutions[int(self.rows)]
 
     @property
+    def divisions(self) -> Mapping[str, int]:
+        """Beams that bend so far that they were divided, ``leg/part``: into how many elements.
+
+        They are one part of `parts` each.
+        """
+        loaded = self.solution.loaded
+        parts = loaded.acting.division.parts if loaded else {}
+        return {"/".join(name): n for name, n in parts.items()}
+
+    @property
     def critical(self) -> CriticalPoint | None:
         """Where stability is lost on the way to the full load."""
         return self.solution.critical
@@ -204,10 +212,10 @@ class Equilibrium(StatusOfPoses, InNotebooks):
             tensions = np.array([cable.tension for cable in self.springs])
             advice = (*beyond_limits(self.posed, tensions), *advice)
         if self.has_answer and (found := self.found):
-            bend = found.problem.legs.largest_bend(found.state)
-            if bend > _FAR:
-                bent = f"a beam bends by {bend:.2g} rad, for which one element is not exact"
-                advice = (f"{bent}: write beams=rs.Bowing(elements=8), in Python", *advice)
+            bend = np.max(found.problem.legs.bends(found.state), initial=0.0) ** 0.5
+            if bend > 1.0:
+                bent = f"a beam bends {bend:.2g} times as far as its elements are exact"
+                advice = (f"{bent}: write beams=rs.Bowing(), which chooses their number", *advice)
         if self.critical is None:
             return advice
         return (f"at {self.critical.factor:.4g} of the load {self.critical.words}", *advice)

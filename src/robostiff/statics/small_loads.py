@@ -127,7 +127,9 @@ def deflection(
             hint="cables have cable_response(robot, pose, wrench=...), or 'robostiff cables'",
         )
     # about its own point, so that what rigid legs carry among them does not depend on `at`
-    loaded, F = one_loaded_posture(robot, pose, wrench, near, Acting(loads, none, beams=Linear()))
+    loaded, F, _ = one_loaded_posture(
+        robot, pose, wrench, near, Acting(loads, none, beams=Linear())
+    )
     problem, answer = loaded.problem, stiffness(replace(robot, springs=()), pose, **options)
     if not np.any(none):  # springs between its bodies are relaxed
         relaxed = (replace(s, constant=-s.stiffness * s.length) for s in problem.legs.springs)

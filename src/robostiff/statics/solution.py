@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import cast
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
+from typing import TypeVar, cast
 
 import numpy as np
 
@@ -11,8 +12,11 @@ from robostiff.analysis.cable_stiffness import status_of_cables
 from robostiff.elastostatics import Status
 from robostiff.frozen import field, frozen, replace
 from robostiff.model.cable import CableRobot
+from robostiff.statics.chains.beam_bowing import MOST_ELEMENTS, Bowing, Division
+from robostiff.statics.chains.legs import Legs, State
 from robostiff.statics.equations.equilibrium_path import (
     SAFE,
+    OnPath,
     first_critical,
     held_equilibrium,
     path,
@@ -28,10 +32,16 @@ from robostiff.statics.equations.stability import (
     named_margins,
 )
 from robostiff.statics.loaded_parts import CarriedLoads
+from robostiff.statics.loading.given_loads import Acting
 from robostiff.statics.loading.loaded_posture import LoadedPosture
 
 # Of the length of the robot: what is no rounding between legs and platform.
 _OPEN = 1e-9
+# Elements of beams at most where no state is known that says how far they bend.
+_UNKNOWN = 8
+_Answer = TypeVar("_Answer")
+#: From loads, and how they divide beams, to the robot at its posture under them.
+Again = Callable[[Acting], LoadedPosture]
 
 
 @frozen
@@ -75,8 +85,60 @@ class Solution:
         return CarriedLoads(found.problem, found.state, share)
 
 
+class BeamCheck:
+    """Whether beams are divided finely enough for the states from which an answer is computed."""
+
+    def __init__(self, loaded: LoadedPosture) -> None:
+        self._legs: Legs = loaded.problem.legs
+        #: The loads, with beams divided as these states require.
+        self.acting: Acting = loaded.acting
+
+    def see(self, state: State | None) -> bool:
+        """Whether no element that may be divided bends too far at a state; None: unknown.
+
+        They are halved, so that it does not matter on which way a state is found.
+        """
+        acting, legs = self.acting, self._legs
+        if not legs.beams or not isinstance(acting.beams, Bowing) or acting.beams.elements:
+            return True
+        division = finer = acting.division
+        if state is None:
+            least = min(2 * division.least, max(division.least, _UNKNOWN))
+            finer = Division(least, {part: max(n, least) for part, n in division.parts.items()})
+        else:
+            parts, bends = dict(division.parts), np.sqrt(legs.bends(state))
+            for i in np.flatnonzero(bends > 1.0):
+                c, _, e = legs.beams[i]
+                part = legs.chains[c].owner.name, e.name
+                parts[part] = min(2 * division.of(*part), MOST_ELEMENTS)
+            finer = Division(division.least, parts)
+        if finer == division:
+            return True
+        self.acting = replace(acting, division=finer)
+        return False
+
+    def watched(self, steps: Iterable[OnPath]) -> Iterator[OnPath]:
+        """Steps of a path up to the first at which an element bends too far."""
+        for step in steps:
+            yield step
+            if not self.see(step.found.state):
+                return
+
+
+def with_enough_elements(
+    loaded: LoadedPosture, again: Again, ask: Callable[[LoadedPosture, BeamCheck], _Answer]
+) -> _Answer:
+    """What is asked of a robot, beams divided `again` until no element bends too far."""
+    while True:
+        answer = ask(loaded, check := BeamCheck(loaded))
+        if check.acting is loaded.acting:
+            return answer
+        loaded = again(check.acting)
+
+
 def solve(
     loaded: LoadedPosture,
+    again: Again,
     wrench: np.ndarray | None,
     displacement: np.ndarray | None = None,
     *,
@@ -85,7 +147,20 @@ def solve(
     """The equilibrium of one robot at one posture, under a wrench or at a displacement.
 
     Where a growing load is followed, all loads grow together; or, `standing`, the wrench alone.
+    Beams are divided as they bend, by `again`.
     """
+    ask = partial(_solve, wrench=wrench, displacement=displacement, standing=standing)
+    return with_enough_elements(loaded, again, ask)
+
+
+def _solve(
+    loaded: LoadedPosture,
+    check: BeamCheck,
+    wrench: np.ndarray | None,
+    displacement: np.ndarray | None,
+    *,
+    standing: bool,
+) -> Solution:
     problem, status = loaded.problem, loaded.status
     if not loaded.has_posture:
         return Solution(status)
@@ -93,51 +168,77 @@ def solve(
     loading = LoadCase(F, *((1.0, 0.0) if standing else (0.0, 1.0)))
     if problem.at_rest.rigid:
         status |= Status.RIGID_DIRECTION
-    found = (
-        equilibrium_at(problem, loading, 1.0, problem.unloaded)
-        if displacement is None
-        else held_equilibrium(problem, loading, displacement)
-    )
-    held = displacement is not None
+    if displacement is not None:
+        return _held(loaded, check, status, loading, displacement)
+    found = equilibrium_at(problem, loading, 1.0, problem.unloaded)
     critical: CriticalPoint | None = None
     margins = named_margins(found.known) if found.converged else {}
-    doubtful = not found.converged or not found.direct or min(margins.values()) < SAFE
-    legs = problem.legs
-    if not doubtful and legs.springs:  # a cable may have become slack on the way
-        pulls = legs.pulls(found.state, 1.0)
-        each = zip(legs.springs, pulls.tension, strict=True)
-        doubtful = any(spring.is_cable and tension == 0 for spring, tension in each)
-    if not doubtful and may_be_singular(problem):  # rigid bars may have passed a singular posture
-        doubtful = Regular.of(problem.at_rest).ratio(found.known) <= 0
     # what nothing elastic holds leaves the unloaded posture at once: no path leads on
-    may_follow = not held and meets_stiffness(problem.at_rest)
-    if may_follow and doubtful:
-        ended, critical, searched_to = first_critical(path(problem, loading), 1.0)
+    may_follow = meets_stiffness(problem.at_rest)
+    if may_follow and _is_doubtful(found, margins):
+        steps = check.watched(path(problem, loading))
+        ended, critical, searched_to = first_critical(steps, 1.0)
         if critical is not None:
+            check.see(critical.found.state)
             status |= Status.BEYOND_CRITICAL_LOAD
         elif ended is None or searched_to < 1.0:
             return Solution(status | end_of_path(problem, ended))
         else:
             found, margins = ended, named_margins(ended.known)
-    platform = found.known.held_platform
-    if held and platform and np.linalg.norm(platform.gap) > _OPEN * problem.length:
-        # legs stay open at the pose of the platform
-        status |= Status.NO_EQUILIBRIUM
-        return Solution(status, held=True)
     if not found.converged:
         status |= Status.NO_EQUILIBRIUM
-        if not (held or may_follow):
-            status |= Status.FREE_MOTIONS
-        return Solution(status, critical)
-    answer = Solution(status, critical, margins, held, found, loaded)
+        return Solution(status if may_follow else status | Status.FREE_MOTIONS, critical)
+    answer = Solution(status, critical, margins, False, found, loaded)
+    if answer.margin >= 0:
+        check.see(found.state)
     return _with_status(loaded, found, answer)
 
 
-def equilibrium_under(loaded: LoadedPosture, wrench: np.ndarray) -> Solution:
+def _held(
+    loaded: LoadedPosture,
+    check: BeamCheck,
+    status: Status,
+    loading: LoadCase,
+    displacement: np.ndarray,
+) -> Solution:
+    """The equilibrium of a robot whose platform is held at a displacement."""
+    problem = loaded.problem
+    # of elements that bend too far forces along them are so wrong that none may be found
+    step = problem.at_rest.by_twist @ displacement
+    if not check.see(problem.legs.after_step(problem.unloaded, displacement, step)):
+        return Solution(status, held=True)
+    found = held_equilibrium(problem, loading, displacement)
+    platform = found.known.held_platform
+    if platform and np.linalg.norm(platform.gap) > _OPEN * problem.length:
+        # legs stay open at the pose of the platform
+        return Solution(status | Status.NO_EQUILIBRIUM, held=True)
+    if not found.converged:
+        check.see(None)
+        return Solution(status | Status.NO_EQUILIBRIUM)
+    answer = Solution(status, None, named_margins(found.known), True, found, loaded)
+    check.see(found.state if answer.margin >= 0 else None)
+    return _with_status(loaded, found, answer)
+
+
+def _is_doubtful(found: FoundEquilibrium, margins: Mapping[str, float]) -> bool:
+    """Whether what Newton's method found may lie beyond a critical load."""
+    legs, problem = found.problem.legs, found.problem
+    if not found.converged or not found.direct or min(margins.values()) < SAFE:
+        return True
+    if legs.springs:  # a cable may have become slack on the way
+        pulls = legs.pulls(found.state, 1.0)
+        each = zip(legs.springs, pulls.tension, strict=True)
+        if any(spring.is_cable and tension == 0 for spring, tension in each):
+            return True
+    # rigid bars may have passed a singular posture
+    return may_be_singular(problem) and Regular.of(problem.at_rest).ratio(found.known) <= 0
+
+
+def equilibrium_under(loaded: LoadedPosture, wrench: np.ndarray, again: Again) -> Solution:
     """The equilibrium under a wrench; where nothing acts, the unloaded posture."""
     problem = loaded.problem
     if not loaded.has_posture or problem.bears_loads or np.any(wrench):
-        return solve(loaded, wrench)
+        return solve(loaded, again, wrench)
     found = FoundEquilibrium(LoadCase(wrench), problem.unloaded, 0.0, problem.at_rest, True, 0)
     return Solution(loaded.status, found=found, loaded=loaded)
 

@@ -14,7 +14,6 @@ import pytest
 import robostiff as rs
 from robostiff.analysis import compiled_stiffness
 from robostiff.record import Program, Record, least, sine
-from robostiff.record.program import packed
 from tests.analysis.kernels.cases import around_home, model
 from tests.linkage.test_compiled_linkages import FOUR_BAR
 
@@ -197,9 +196,10 @@ def _program():
 )
 def test_a_step_works_only_on_steps_before_it(name, place, value):
     program = _program()
-    data, steps = program.as_data(), program.steps
-    places = {"a": steps.a, "b": steps.b, "outputs": program.outputs}[name]
-    data[name] = packed([value if k == place else own for k, own in enumerate(places)])
+    owner = program if name == "outputs" else program.steps
+    changed = [value if k == place else own for k, own in enumerate(getattr(owner, name))]
+    owner = replace(owner, **{name: changed})
+    data = (owner if name == "outputs" else replace(program, steps=owner)).as_data()
     with pytest.raises(ValueError, match="a program whose steps work on others"):
         Program.from_data(data)
 

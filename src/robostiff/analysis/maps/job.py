@@ -24,13 +24,7 @@ from robostiff.version import __version__
 
 @frozen
 class MapSummary:
-    """Counts and ranges of some poses, of one block or of a whole map.
-
-    Examples
-    --------
-    >>> (MapSummary({0: 2}) + MapSummary({0: 1, 64: 2})).statuses
-    {0: 3, 64: 2}
-    """
+    """Counts and ranges of some poses, of one block or of a whole map."""
 
     statuses: Mapping[int, int] = field(default_factory=dict)  # how many poses have each status
     guarded: int = 0  # poses that a kernel gave to the direct form
@@ -100,14 +94,6 @@ class Partition:
 
     Whole trailing axes, a piece of one axis, single values of those before: such a block is one
     run of poses in memory and one chunk of every array of a store.
-
-    Examples
-    --------
-    >>> cut = Partition.of((4, 10, 3), most=12)
-    >>> cut.block, len(cut), cut.slices(1)
-    ((1, 4, 3), 12, (slice(0, 1, None), slice(4, 8, None), slice(0, 3, None)))
-    >>> cut.run(1)
-    (12, 24)
     """
 
     shape: tuple[int, ...]  # of the map

@@ -140,15 +140,7 @@ class Quantity(Enum):
 def map_variables(
     robot: Mapped, quantities: Iterable[Quantity], dtype: str = "float64", is_loaded: bool = False
 ) -> tuple[Variable, ...]:
-    """The arrays of a map of a robot, rank and status last; K of a type, symmetric without load.
-
-    Examples
-    --------
-    >>> import robostiff as rs
-    >>> robot = rs.load("3-rpr")
-    >>> [v.name for v in map_variables(robot, [Quantity.PRINCIPAL_STIFFNESS])]
-    ['translational_stiffness', 'rotational_stiffness', 'rank', 'status']
-    """
+    """The arrays of a map of a robot, rank and status last; K of a type, symmetric without load."""
     variables = [variable for quantity in quantities for variable in _variables_of(quantity, robot)]
     is_symmetric = not (is_loaded or isinstance(robot, CableRobot))
     whole = {"dtype": dtype, "is_symmetric": is_symmetric}

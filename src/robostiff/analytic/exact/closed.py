@@ -115,12 +115,6 @@ def canonical(M: Any, extra: Sequence[sp.Expr] = ()) -> sp.ImmutableMatrix:
     M : SymPy matrix
     extra : sequence of SymPy expressions
         Further expressions whose roots and angles shall be known.
-
-    Examples
-    --------
-    >>> a = sp.Symbol("a")
-    >>> canonical(sp.Matrix([[sp.sin(a) ** 2 + sp.cos(a) ** 2, 1 / sp.sqrt(2)]]))
-    Matrix([[1, sqrt(2)/2]])
     """
     field = ExactField([*M, *extra])
     return sp.ImmutableMatrix(M.applyfunc(lambda e: field.expression(field.element(e))))
@@ -284,13 +278,6 @@ def closed_sum(
     ------
     FormulaTooLargeError
         When there would be more.
-
-    Examples
-    --------
-    >>> k, a = sp.symbols("k a", positive=True)
-    >>> root = sp.sqrt(1 + a**2)
-    >>> closed_sum([([[1 / root, a / root, 0]], [[1 / k]])], 3, 100).K[0, 0]
-    k/(a**2 + 1)
     """
     # One field for all legs: a length that several of them have is one root.
     field = ExactField([x for W, A in legs for row in (*W, *A) for x in row])
@@ -359,14 +346,7 @@ def _matrix(
 
 
 def factored_fraction(expression: Any) -> Any:
-    """An expression as one fraction, numerator and denominator factored where they are short.
-
-    Examples
-    --------
-    >>> R, r = sp.symbols("R r")
-    >>> factored_fraction(1 / R - r / R**2)
-    (R - r)/R**2
-    """
+    """An expression as one fraction, numerator and denominator factored where they are short."""
     for x in expression.args if expression.is_Mul else (expression,):
         base, exponent = x.as_base_exp()
         terms = [y.args if y.is_Mul else (sp.S.One, y) for y in base.args if base.is_Add]

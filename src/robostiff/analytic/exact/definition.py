@@ -36,14 +36,7 @@ class Definition:
 def used_definitions(
     definitions: Sequence[Definition], results: Iterable[Any]
 ) -> tuple[Definition, ...]:
-    """The definitions that results need, directly or through others, in order.
-
-    Examples
-    --------
-    >>> x, a, b = sp.symbols("x a b")
-    >>> [d.symbol for d in used_definitions([Definition(a, x + 1), Definition(b, x)], [2 * a])]
-    [a]
-    """
+    """The definitions that results need, directly or through others, in order."""
     wanted = {symbol for result in results for symbol in result.free_symbols}
     kept = []
     for definition in reversed(definitions):
@@ -54,14 +47,7 @@ def used_definitions(
 
 
 def in_given_symbols(definitions: Iterable[Definition]) -> dict[Any, Any]:
-    """What names stand for, by symbol, without the other names among them.
-
-    Examples
-    --------
-    >>> x, a, b = sp.symbols("x a b")
-    >>> in_given_symbols([Definition(a, x + 1), Definition(b, 2 * a)])
-    {a: x + 1, b: 2*x + 2}
-    """
+    """What names stand for, by symbol, without the other names among them."""
     found: dict[Any, Any] = {}
     for d in definitions:
         found[d.symbol] = d.expression.xreplace(found)
@@ -73,13 +59,6 @@ class NamedSteps:
 
     `taken`: names that stand for something else; `definitions`: of the names, in order, given ones
     first.
-
-    Examples
-    --------
-    >>> x = sp.Symbol("x")
-    >>> steps = NamedSteps({"a"})
-    >>> steps.named("b", -x), steps.named("a", x + 1), steps.definitions
-    (-x, a', [Definition(symbol=a', expression=x + 1)])
     """
 
     def __init__(self, taken: Iterable[str] = (), definitions: Sequence[Definition] = ()) -> None:
@@ -104,13 +83,6 @@ class NamedSteps:
 
         `K`: (n, n) SymPy matrix: before; `J`: (n, 1) SymPy matrix: twist of the joint; `index`:
         what stands behind the letters of names, such as ``_1_``.
-
-        Examples
-        --------
-        >>> steps = NamedSteps()
-        >>> _ = steps.eliminate(sp.Matrix(sp.MatrixSymbol("K", 2, 2)), sp.Matrix([0, 1]), "_1_")
-        >>> [str(d.symbol) for d in steps.definitions]
-        ['K_1_11']
         """
         n, joint = K.rows, index.rstrip("_")
         used = [k for k in range(n) if J[k] != 0]

@@ -194,8 +194,11 @@ def root_of(radicand: Any) -> Any:
     if not (radicand.is_Add or radicand.is_Mul):
         return sp.sqrt(radicand)
     factors = radicand.args if radicand.is_Mul else (radicand,)
-    # Where it would find no factor of a known sign, it looks longest.
-    rest = [x for x in factors if x is sp.S.NegativeOne or _is_of_either_sign(x)]
+    # Where it would find no factor of a known sign, it looks longest: in sums with symbols in all
+    # terms, some of them subtracted.
+    sums = [x for x in factors if x.is_Add and all(t.free_symbols for t in x.args)]
+    sums = [x for x in sums if len({t.could_extract_minus_sign() for t in x.args}) == 2]
+    rest = [x for x in factors if x is sp.S.NegativeOne or x in sums]
     plain = (x for x in factors if x.is_Symbol or x.is_Rational or (x.is_Pow and x.base.is_Symbol))
     known = [x for x in plain if x.is_positive]
     if radicand.is_Add or len(rest) == len(factors):
@@ -204,12 +207,6 @@ def root_of(radicand: Any) -> Any:
         outside = sp.Mul(*(sp.Pow(x, sp.S.Half, evaluate=False) for x in known))
         return outside * sp.Pow(sp.Mul(*rest), sp.S.Half, evaluate=False)
     return sp.expand_power_base(sp.Pow(radicand, sp.S.Half, evaluate=False), deep=False)
-
-
-def _is_of_either_sign(expression: Any) -> bool:
-    """Whether an expression is a sum with symbols in all terms, some of them subtracted."""
-    signs = {x.could_extract_minus_sign() for x in expression.args} if expression.is_Add else ()
-    return len(signs) == 2 and all(x.free_symbols for x in expression.args)
 
 
 class OutsideFieldError(InputError):
@@ -231,16 +228,7 @@ class Atoms:
 
 @cacheit
 def prepare(expression: Any) -> Any:
-    """A SymPy expression in the functions of a field; floats as exact decimals.
-
-    Examples
-    --------
-    >>> a = sp.Symbol("a")
-    >>> prepare(0.25 * sp.sin(2 * a))
-    sin(a)*cos(a)/2
-    >>> prepare(sp.sqrt(3 + 2 * sp.sqrt(2)))
-    1 + sqrt(2)
-    """
+    """A SymPy expression in the functions of a field; floats as exact decimals."""
     prepared: Any = sp.sympify(expression)
     if prepared.is_Symbol or prepared.is_Rational:
         return prepared

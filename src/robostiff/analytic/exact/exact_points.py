@@ -51,18 +51,7 @@ class Same:
 
 
 class ExactPoints:
-    """Values of the steps of a record at the first of its samples, which are taken as exact.
-
-    Examples
-    --------
-    >>> from robostiff.record import cosine, sine
-    >>> record = Record({"x": [0.7, 1.9]})
-    >>> x = record.input("x")
-    >>> one = cosine(x) * cosine(x) + sine(x) * sine(x)
-    >>> same = ExactPoints(record).same([x.step, one.step, (x * one).step])
-    >>> same[one.step], same[(x * one).step]
-    (Same(step=None, factor=1), Same(step=0, factor=1))
-    """
+    """Values of the steps of a record at the first of its samples, which are taken as exact."""
 
     def __init__(self, record: Record) -> None:
         self.record = record

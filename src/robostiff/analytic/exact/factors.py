@@ -36,14 +36,6 @@ def factors_of(field: ExactField, above: Any, below: Any = None) -> Any:
 
     ``R - r`` rather than ``-R + r`` where possible. A number in front of a sum is not multiplied
     out.
-
-    Examples
-    --------
-    >>> R, r = sp.symbols("R r")
-    >>> field = ExactField([R, r])
-    >>> p = field.element(r**2 - R**2).num
-    >>> factors_of(field, p), factors_of(field, field.element(3 * R).num, p)
-    (-(R - r)*(R + r), -3*R/((R - r)*(R + r)))
     """
     if above.is_zero():
         return sp.Integer(0)
@@ -136,15 +128,7 @@ def completed_squares(field: ExactField, polynomial: Any) -> tuple[list[tuple[An
 
 
 def is_positive_form(field: ExactField, polynomial: Any) -> bool:
-    """Whether a polynomial is quadratic in plain symbols and nowhere negative.
-
-    Examples
-    --------
-    >>> R, r = sp.symbols("R r")
-    >>> field = ExactField([R, r])
-    >>> [is_positive_form(field, field.element(p).num) for p in (R**2 - R * r + r**2, R * r)]
-    [True, False]
-    """
+    """Whether a polynomial is quadratic in plain symbols and nowhere negative."""
     if not _is_quadratic(field, polynomial):
         return False
     used = [i for i, degree in enumerate(polynomial.degrees()) if degree]

@@ -59,29 +59,6 @@ def derivation_text(derivation: Any, width: int = 88) -> str:
     ------
     InputError
         When there is too little width for a matrix.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> from robostiff.analytic.chain import derive_chain
-    >>> k, d, c = sp.symbols("k d c")
-    >>> K = sp.Matrix([[k, 0, 0], [0, k, k * d], [0, k * d, k * d**2 + c]])
-    >>> lines = derivation_text(derive_chain(K, {"tip": [0, 0, 1]})).splitlines()
-    >>> print("\n".join(lines[12:26]))
-    Joint 1: tip
-    ------------
-    <BLANKLINE>
-    Rotation about z at the reference point: trivial joint (19), row and column 3 vanish.
-    <BLANKLINE>
-    J_1 = (0, 0, 1)
-    <BLANKLINE>
-    u_1 = (0, d*k, c + d**2*k)
-    <BLANKLINE>
-    mu_1 = c + d**2*k
-    <BLANKLINE>
-    K_1 = K_0 - u_1 u_1^T / mu_1
-    <BLANKLINE>
-    K_1 = K_C
     """
     if width < _NARROWEST:
         raise InputError("width", got=width, expected=f"{_NARROWEST} characters or more")
@@ -110,14 +87,6 @@ def latex_snippet(derivation: Any) -> str:
     between the legs, and the sum; of one leg its wrenches, or the compliance in its own axes.
     Several equations are an ``aligned`` environment of amsmath. Names that stand for numbers of the
     model are explained in comments before the formula.
-
-    Examples
-    --------
-    >>> from robostiff.analytic import Derivation
-    >>> k = sp.Symbol("k_tau")
-    >>> K = sp.ImmutableMatrix(sp.diag(k / 3, k / 3, 0))
-    >>> print(latex_snippet(Derivation("K_C", K, (), K)).splitlines()[0])
-    \mathbf{K}_{C} = \frac{k_{\tau}}{3} \begin{bmatrix}
     """
     sections: list[list[Any]] = [[]]
     meanings: tuple[Meaning, ...] = ()
@@ -344,14 +313,6 @@ def derivation_data(derivation: Derivation) -> dict[str, Any]:
     Parameters
     ----------
     derivation : Derivation
-
-    Examples
-    --------
-    >>> k = sp.Symbol("k", positive=True)
-    >>> K = sp.ImmutableMatrix(sp.diag(k / 2, k**2, 0))
-    >>> data = derivation_data(Derivation("K_C", K, (), K))
-    >>> data["symbols"], data["K"][0]
-    (['k'], ['k/2', '0', '0'])
     """
     symbols = [x.name for x in derivation.symbols]
     return {"schema": _SCHEMA, "symbols": symbols, **_plain(derivation)}

@@ -56,14 +56,7 @@ class PrintedProduct(NamedTuple):
 
 
 def printed_product(expression: sp.Expr) -> PrintedProduct:
-    """Take a product apart without evaluating it.
-
-    Examples
-    --------
-    >>> x, y = sp.symbols("x y")
-    >>> printed_product(-2 * x / (3 * y**2))
-    PrintedProduct(negative=True, above=(2, x), below=(3, y**2))
-    """
+    """Take a product apart without evaluating it."""
     negative = False
     numbers: tuple[list[Any], list[Any]] = ([], [])
     factors: tuple[list[Any], list[Any]] = ([], [])
@@ -82,14 +75,7 @@ def printed_product(expression: sp.Expr) -> PrintedProduct:
 
 
 def number_in_front(product: Any) -> tuple[sp.Expr, Any]:
-    """A fraction before a bracket that has fractions in it, and the rest; None where it has none.
-
-    Examples
-    --------
-    >>> x, y = sp.symbols("x y")
-    >>> number_in_front(3 * y * (1 / x + y) / 2), number_in_front(x / 2)
-    ((3/2, y*(y + 1/x)), (1, None))
-    """
+    """A fraction before a bracket that has fractions in it, and the rest; None where it has none."""
     number, rest = product.as_coeff_Mul()
     terms = [term for factor in sp.Mul.make_args(rest) if factor.is_Add for term in factor.args]
     is_before = number.is_Rational and not number.is_Integer
@@ -104,13 +90,7 @@ _BITS = sp.Float(1, DIGITS)._prec
 
 
 def decimal(number: sp.Float) -> str:
-    """A decimal as it is printed, without zeros at its end: 0.333333333333, 1.5e-9.
-
-    Examples
-    --------
-    >>> decimal(sp.Float(1 / 3)), decimal(sp.Float(0.64)), decimal(sp.Float("0.1", 3))
-    ('0.333333333333', '0.64', '0.1')
-    """
+    """A decimal as it is printed, without zeros at its end: 0.333333333333, 1.5e-9."""
     is_long = number._prec > _BITS
     return sp.sstr(sp.Float(number, DIGITS) if is_long else number, full_prec=False)
 
@@ -216,14 +196,6 @@ class EntryNames:
 
     `given`: the given symbols, those of the joints included, in alphabetical order; `result`: the
     name of K.
-
-    Examples
-    --------
-    >>> from robostiff.analytic import Derivation
-    >>> K = sp.ImmutableMatrix(sp.diag(sp.Symbol("K_0"), 1, 1))
-    >>> names = EntryNames(Derivation("rod", K, (), K))
-    >>> names.of("K", 0), names.title
-    ("K'_0", 'Cartesian stiffness matrix of rod')
     """
 
     def __init__(self, derivation: Formula) -> None:

@@ -76,14 +76,7 @@ _WIDTHS = _Widths()
 
 
 def math_width(expression: Any) -> float:
-    """Estimate the width of a typeset expression, of scalars or vectors, in widths of a letter.
-
-    Examples
-    --------
-    >>> x, y = sp.symbols("x y")
-    >>> math_width(x), math_width(x + y), math_width((x + y) / (x * y))
-    (1.0, 4.0, 4.5)
-    """
+    """Estimate the width of a typeset expression, of scalars or vectors, in widths of a letter."""
     return len(_WIDTHS.written(expression).replace("-", _LETTER)) / len(_LETTER)
 
 
@@ -99,14 +92,6 @@ def broken_lines(expression: sp.Expr, language: Any, room: float) -> list[str]:
     """Write an expression on as many lines as it needs.
 
     The width `room` of a line is in widths of a letter; what cannot be broken may be wider.
-
-    Examples
-    --------
-    >>> from types import SimpleNamespace
-    >>> a, b, c, d = sp.symbols("a b c d")
-    >>> plain = SimpleNamespace(write=str, opening="(", closing=")", slash="/", power="**{}")
-    >>> broken_lines((a + b + c + d) / (2 * d), plain, 7)
-    ['( a + b', '+ c + d )', '/ ( 2 d )']
     """
     if math_width(expression) <= room:
         return [language.write(expression)]
@@ -228,11 +213,6 @@ def wrapped_formula(text: str, width: int, first: str = "", rest: str = "    ") 
 
     `first` and `rest` stand before the first line and before the others, inside the `width`. What
     cannot be broken may be longer.
-
-    Examples
-    --------
-    >>> wrapped_formula("alpha + beta*gamma - delta", 16, "x = ")
-    ['x = alpha', '    + beta*gamma', '    - delta']
     """
     # Sums are broken between brackets before they are broken inside.
     room = width - max(len(first), len(rest))
@@ -267,13 +247,7 @@ def _cut_where_long(cuts: list[int], places: list[int], room: int) -> list[int]:
 
 
 def wrapped_words(text: str, width: int, rest: str = "") -> list[str]:
-    """Break a sentence at blanks.
-
-    Examples
-    --------
-    >>> wrapped_words("one two three", 8, "  ")
-    ['one two', '  three']
-    """
+    """Break a sentence at blanks."""
     return textwrap.wrap(
         text, width, subsequent_indent=rest, break_long_words=False, break_on_hyphens=False
     )

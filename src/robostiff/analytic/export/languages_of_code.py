@@ -41,22 +41,6 @@ def c_function(derivation: Any, name: str = "stiffness") -> str:
     ------
     InputError
         When the name is no identifier, or an expression is not of the vocabulary.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> from robostiff.analytic import Derivation
-    >>> k, d = sp.symbols("k d")
-    >>> K = sp.ImmutableMatrix([[k, 0, 0], [0, 0, 0], [0, 0, k * d**2 / 3]])
-    >>> lines = c_function(Derivation("K_C", K, (), K)).splitlines()
-    >>> print("\n".join(lines[16:23]))
-    int stiffness(double *restrict K_out, const double *restrict p)
-    {
-        const double d = p[0];
-        const double k = p[1];
-        double K[9] = {0.0};
-        K[0] = k;
-        K[8] = (1.0/3.0)*(d*d)*k;
     """
     return _C(derivation, name).source()
 

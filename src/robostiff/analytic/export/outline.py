@@ -49,16 +49,7 @@ from robostiff.spatial import Space
 
 @kept
 def outline_of(derivation: Any) -> tuple[Block, ...]:
-    """The blocks of an exported derivation, of a robot, or of a derivative.
-
-    Examples
-    --------
-    >>> k = sp.Symbol("k")
-    >>> K = sp.ImmutableMatrix(sp.diag(k, k, k))
-    >>> blocks = outline_of(Derivation("K_C", K, (), K))
-    >>> [block.text for block in blocks if isinstance(block, Title)]
-    ['Cartesian stiffness matrix K_C', 'Result']
-    """
+    """The blocks of an exported derivation, of a robot, or of a derivative."""
     outline: Any = _chain
     for kind, outline_of_kind in (
         (FormulaDerivative, _derivative),

@@ -98,33 +98,26 @@ def _contents(derivation: RobotDerivation, names: EntryNames) -> tuple[list[Bloc
 
 
 def _modules(machine: VectorForm) -> tuple[list[Block], list[Meaning]]:
-    """The robots in an arm, and its links that are given by a matrix."""
+    """The robots in an arm, its links that are given by a matrix, and what their names mean."""
     blocks, rows = list[Block](), list[Meaning]()
     for number, (words, *_, module) in enumerate(machine.modules, start=1):
-        found, of_module = _module(words, number, module)
-        blocks += found
-        rows += of_module
+        K, C, J = (f"{letter}_{number}" for letter in "KCJ")
+        of_module: list[Meaning] = []
+        if isinstance(module, sp.ImmutableMatrix):
+            of_C = f"compliance of {words} about its end, in its own axes"
+            blocks += [Title(f"Link {number}: {words}"), MatrixEquation(C, readable_matrix(module))]
+        else:
+            of_C, of_K = "its compliance", f"stiffness of {words} about the origin of its platform"
+            names, found = EntryNames(module), [equation(K, module.name)]
+            names.result = module.name
+            if module.name == K:  # no other one is equal
+                found, of_module = _contents(module, names)
+            inner = (replace(x, level=x.level + 1) if isinstance(x, Title) else x for x in found)
+            blocks += [Title(f"Module {number}: {words}"), *inner, equation(C, f"{K}^-1")]
+            rows.append(((Vector(K),), f"{of_K}, in axes of its base"))
+        of_J = "moves twists of it to the reference point, world axes"
+        rows += [((Vector(C),), of_C), ((Vector(J),), of_J), *of_module]
     return blocks, rows
-
-
-def _module(words: str, number: int, module: Any) -> tuple[list[Block], list[Meaning]]:
-    """The stiffness of a robot inside a machine, or a compliance, and what its names mean."""
-    K, C, J = (f"{letter}_{number}" for letter in "KCJ")
-    moves: Meaning = (Vector(J),), "moves twists of it to the reference point, world axes"
-    if isinstance(module, sp.ImmutableMatrix):
-        title, rows = Title(f"Link {number}: {words}"), (Vector(C),)
-        of = f"compliance of {words} about its end, in its own axes"
-        return [title, MatrixEquation(C, readable_matrix(module))], [(rows, of), moves]
-    names = EntryNames(module)
-    names.result, is_new = module.name, module.name == K
-    found, rows = _contents(module, names) if is_new else ([equation(K, module.name)], [])
-    inner = [replace(x, level=x.level + 1) if isinstance(x, Title) else x for x in found]
-    meanings = (
-        (K, f"stiffness of {words} about the origin of its platform, in axes of its base"),
-        (C, "its compliance"),
-    )
-    rows = [*(((Vector(name),), of) for name, of in meanings), moves, *rows]
-    return [Title(f"Module {number}: {words}"), *inner, equation(C, f"{K}^-1")], rows
 
 
 def outline_in_vectors(form: VectorForm) -> list[Block]:

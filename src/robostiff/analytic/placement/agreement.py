@@ -347,13 +347,6 @@ def orbits_of(wrenches: np.ndarray) -> list[Orbit] | None:
     """Orbits that wrenches form together, of three turns or more; None where they do not.
 
     `wrenches` (count, m, 6): at several samples, moments over a length.
-
-    Examples
-    --------
-    >>> turns = [sp.Matrix([sp.cos(a), sp.sin(a)]) for a in (0, 2 * sp.pi / 3, 4 * sp.pi / 3)]
-    >>> W = np.array([[[float(d[0]), float(d[1]), 1, 0, 0, 2] for d in turns]])
-    >>> [sorted(orbit) for orbit in orbits_of(W)]
-    [[0, 1, 2]]
     """
     found, rest = _orbits(
         wrenches.swapaxes(0, 1), lambda way, w: way.of(w), _SAME_WRENCH, whole=True
@@ -441,14 +434,6 @@ def turn_in_words(wrenches: Sequence[Any], others: Sequence[Any]) -> str | None:
     """The turn that makes wrenches of formulas from others, one by one, up to signs; None of none.
 
     About z, or, where coordinates change places or signs, one of those of a cube.
-
-    Examples
-    --------
-    >>> a, b = sp.symbols("a b")
-    >>> turn_in_words([(0, a, 0, 0, 0, b)], [(a, 0, 0, 0, b, 0)])
-    'about (1, 1, 1) by 120 degrees'
-    >>> turn_in_words([(0, a, 0, b, 0, 0)], [(a, 0, 0, 0, b, 0)])
-    'about (1, 1, 0) by 180 degrees'
     """
     if len(wrenches) != len(others) or not wrenches:
         return None

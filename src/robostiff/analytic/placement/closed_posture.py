@@ -230,6 +230,8 @@ def leg_coordinates(
             q[j] = record.simplify(entry)
             if isinstance(q[j], Entry) and q[j].step == entry.step:
                 symbols.append(name)
+                continue
+        record.hide(name)
     return q, tuple(symbols)
 
 

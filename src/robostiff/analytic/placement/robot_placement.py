@@ -153,7 +153,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
     entries = with_entries(robot, lambda x: x if isinstance(x, Entry) else read(exact(x)), named)
     coordinates = None
     if given is not None:
-        coordinates = {name: _as_step(read(value), record) for name, value in given.items()}
+        coordinates = {name: as_step(read(value), record) for name, value in given.items()}
     following = follows.following
     at_joints: dict[int, np.ndarray] = {}
 
@@ -164,7 +164,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
         for i, screw in enumerate(chain.freedoms):
             value = (coordinates or {}).get(f"q{i + 1}", q[i])
             if screw.turns and not isinstance(value, Entry):
-                value = _as_step(exact_angle(value), record)
+                value = as_step(exact_angle(value), record)
             q[i] = value
         at_joints[0] = q
         platform = place_leg_at_joints(entries.legs[0], q).platform
@@ -174,7 +174,7 @@ def place_robot(robot: Robot, pose: PoseFormula) -> PlacedRobot:
             leg = entries.legs[i]
             q, symbols_of_leg = leg_coordinates(leg, names_of_leg, record, finder.length)
             pairs = zip(q, leg.chain.freedoms, strict=True)
-            angled = [_as_step(x, record) if screw.turns else x for x, screw in pairs]
+            angled = [as_step(x, record) if screw.turns else x for x, screw in pairs]
             at_joints[i], following = np.array(angled, dtype=object), following + symbols_of_leg
 
     def closing(i: int) -> PlacedFormula:
@@ -249,7 +249,7 @@ def pose_at(
     return six_coordinates(pose.R.astype(float), pose.p.astype(float))
 
 
-def _as_step(value: Any, record: Record) -> Any:
+def as_step(value: Any, record: Record) -> Any:
     """An angle whose cosine is no root of numbers, as a step: its exact numbers are too long."""
     if isinstance(value, Entry) or not sp.cos(value).has(sp.cos, sp.sin):
         return value

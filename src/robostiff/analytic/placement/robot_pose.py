@@ -304,13 +304,7 @@ def coordinate_expressions(robot: Robot, pose: PoseFormula) -> dict[str, Any] | 
 
 
 def exact_angle(angle: Any) -> Any:
-    """An angle [rad] as an exact number: multiples of a quarter of a degree as parts of pi.
-
-    Examples
-    --------
-    >>> exact_angle(math.radians(20)), exact_angle(0.4)
-    (pi/9, 2/5)
-    """
+    """An angle [rad] as an exact number: multiples of a quarter of a degree as parts of pi."""
     exact = sp.nsimplify(exact_number(angle), rational=True)
     if not exact.is_Rational:
         return exact

@@ -138,19 +138,6 @@ def name_combinations(K: Any, taken: Iterable[str] = ()) -> NamedCombinations:
     K : (m, n) SymPy matrix
     taken : iterable of str
         Names that are not to be given, besides those of the symbols of K.
-
-    Examples
-    --------
-    >>> R, r, h, k = sp.symbols("R r h k", positive=True)
-    >>> squared = (R - r) ** 2 + h**2
-    >>> K = sp.Matrix([[(R - r) ** 2, h * (R - r)], [h * (R - r), h**2]]) * k / squared
-    >>> named = name_combinations(K)
-    >>> for definition in named.definitions:
-    ...     print(definition.symbol, "=", definition.expression)
-    d_a = R - r
-    L_a = sqrt(d_a**2 + h**2)
-    >>> named.matrix[0, 1]
-    d_a*h*k/L_a**2
     """
     K = sp.ImmutableMatrix(K)
     entries, unchanged = K.flat(), NamedCombinations(K, ())

@@ -49,13 +49,6 @@ class ClosedReading:
     Where the record chooses between two entries, the choice of its samples is taken.
 
     `symbols`: one for each input.
-
-    Examples
-    --------
-    >>> record = Record({"x": [3.0]})
-    >>> x = record.input("x")
-    >>> ClosedReading(record, {"x": sp.Symbol("x")})(1 / (x * x + 1))
-    1/(x**2 + 1)
     """
 
     def __init__(self, record: Record, symbols: dict[str, sp.Symbol]) -> None:
@@ -109,15 +102,6 @@ class StepReading:
     `at_closed_postures`: whether inputs follow from the closure of legs: then a sum that
     vanishes at all samples is zero where the legs close, and nowhere else, so that no exact
     point can decide it; `definitions`: in the order in which they can be computed.
-
-    Examples
-    --------
-    >>> record = Record({"x": [3.0]})
-    >>> x = record.input("x")
-    >>> root = (x + 1).named("r")
-    >>> reading = StepReading(record, {"x": sp.Symbol("x")}, [root * root])
-    >>> reading.definitions, reading(root * root)
-    ((Definition(symbol=r, expression=x + 1),), r**2)
     """
 
     def __init__(

@@ -45,15 +45,7 @@ def free_names(letter: str, taken: Container[str]) -> Iterator[str]:
 
 
 def in_letters(written: Written, taken: Iterable[str]) -> Written:
-    """The same in order, with letters in that order: e_a before e_b; lengths keep theirs.
-
-    Examples
-    --------
-    >>> R, h, first, last = sp.symbols("R h c_b c_d")
-    >>> names = Definition(first, h * last), Definition(last, 1 / R)
-    >>> [(str(d.symbol), d.expression) for d in in_letters(Written((), names), {"c_a"}).definitions]
-    [('c_b', 1/R), ('c_c', c_b*h)]
-    """
+    """The same in order, with letters in that order: e_a before e_b; lengths keep theirs."""
     definitions = [*in_order(written.definitions)]
     given = {*taken} - {d.symbol.name for d in definitions}
     put: dict[Any, Any] = {}

@@ -180,13 +180,7 @@ class Equation:
 
 
 def names_in(part: Any) -> set[str]:
-    """Names of the vectors, rotations and symbols in an expression, or in several.
-
-    Examples
-    --------
-    >>> sorted(names_in(Cross(Vector("e_i"), Turned(Vector("R"), Vector("b_i")))))
-    ['R', 'b_i', 'e_i']
-    """
+    """Names of the vectors, rotations and symbols in an expression, or in several."""
     if isinstance(part, sp.Basic):
         found: Any = part.free_symbols | part.atoms(Vector)
         return {x.name for x in found}
@@ -206,15 +200,6 @@ class Components(NamedSteps):
 
     `taken`: names that stand for something else; `names`: of products of beams and the like,
     numbers among which are written where they are used.
-
-    Examples
-    --------
-    >>> x, y = sp.symbols("x y")
-    >>> own = Components(("x", "y"))
-    >>> own.give("d", Coordinates(x + 1, y, 0))
-    >>> own.give("L", Norm(Vector("d")))
-    >>> [f"{d.symbol} = {d.expression}" for d in own.definitions]
-    ['d_x = x + 1', 'L = sqrt(d_x**2 + y**2)']
     """
 
     def __init__(self, taken: Iterable[str], names: Sequence[Definition] = ()) -> None:

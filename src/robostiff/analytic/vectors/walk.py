@@ -153,8 +153,7 @@ class Walk:
             if found is not None:
                 self._new_rotation(found)
         elif screw.turns:
-            angle = self.read(q) if isinstance(q, Entry) else exact_angle(q)
-            places = [i for i, x in enumerate(axis) if x != 0]
+            places, angle = [i for i, x in enumerate(axis) if x != 0], self.read(q)
             if len(places) == 1:
                 self.turn((("xyz"[places[0]], axis[places[0]] * angle),))
             else:  # there, about x, and back
@@ -297,13 +296,7 @@ def _sum(terms: Sequence[tuple[int, VectorExpression]]) -> VectorExpression:
 
 
 def turns_of(R: Any) -> _Turns:
-    """A constant rotation as turns Rz(a) Ry(b) Rx(c).
-
-    Examples
-    --------
-    >>> turns_of(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))
-    (('z', pi/2),)
-    """
+    """A constant rotation as turns Rz(a) Ry(b) Rx(c)."""
     found = turning_angles(R)
     return tuple((axis, angle) for axis, angle in zip("zyx", found, strict=True) if angle != 0)
 

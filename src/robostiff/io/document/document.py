@@ -57,13 +57,6 @@ class Document:
         Plain data; mappings have text keys.
     file : str
         The name for messages.
-
-    Examples
-    --------
-    >>> from robostiff.io.document import parse_document
-    >>> document = parse_document("legs:\n  - axis: z\n", file="robot.yaml")
-    >>> print(document.location(["legs", 0, "axis"]))
-    robot.yaml:2:11: legs[0].axis
     """
 
     data: Any
@@ -104,15 +97,7 @@ class Document:
 
 
 def written_path(path: Sequence[str | int]) -> str:
-    """The path as messages show it.
-
-    Examples
-    --------
-    >>> written_path(["legs", 0, "chain", 2, "axis"])
-    'legs[0].chain[2].axis'
-    >>> written_path(["notes", "two words"])
-    'notes["two words"]'
-    """
+    """The path as messages show it."""
     text = ""
     for step in path:
         if isinstance(step, int):

@@ -149,13 +149,7 @@ def parse_yaml(text: str, file: str, limits: Limits) -> Builder:
 
 
 def resolve_plain(text: str) -> Any:
-    """The value of an unquoted YAML scalar (core schema of YAML 1.2); otherwise text.
-
-    Examples
-    --------
-    >>> [resolve_plain(word) for word in ("1e8", "0x10", "true", "~", "yes", "1_000", "300 mm")]
-    [100000000.0, 16, True, None, 'yes', '1_000', '300 mm']
-    """
+    """The value of an unquoted YAML scalar (core schema of YAML 1.2); otherwise text."""
     if text in _WORDS:
         return _WORDS[text]
     if _INTEGER.fullmatch(text):
@@ -170,14 +164,7 @@ def resolve_plain(text: str) -> Any:
 
 
 def yaml_of(data: Mapping[str, Any]) -> str:
-    """Plain data as YAML, in their order, short lists and mappings on one line.
-
-    Examples
-    --------
-    >>> print(yaml_of({"name": "1e8", "end": [0.0, 0.0, 1.0]}), end="")
-    name: "1e8"
-    end: [0.0, 0.0, 1.0]
-    """
+    """Plain data as YAML, in their order, short lists and mappings on one line."""
     import yaml
 
     class Dumper(yaml.SafeDumper):
@@ -363,11 +350,6 @@ def parse_document(text: str, file: str = "<text>", limits: Limits = _LIMITS) ->
     ------
     FileError
         As for `read_document`.
-
-    Examples
-    --------
-    >>> parse_document("R: 300 mm\nlegs: [1, 2.5, true]").data
-    {'R': '300 mm', 'legs': [1, 2.5, True]}
     """
     try:
         content = text.encode()

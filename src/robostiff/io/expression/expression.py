@@ -252,11 +252,6 @@ class Expression:
         InputError
             If a name is unknown, dimensions do not fit, or the value is not a finite number; the
             message names the column in the text.
-
-        Examples
-        --------
-        >>> parse("2 * 300 mm").evaluate({}).magnitude
-        0.6
         """
         return self._value(self.root, environment, mathematics)
 

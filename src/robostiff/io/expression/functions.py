@@ -166,14 +166,7 @@ _MOST_BITS = 4096  # of a fraction: far more than data need, far less than the m
 
 @cache
 def exact_mathematics() -> Mathematics:
-    """The functions of SymPy expressions.
-
-    Examples
-    --------
-    >>> from robostiff.io.expression import parse
-    >>> parse("0.25 mm * cos(120 deg)").evaluate({}, exact_mathematics()).magnitude
-    -1/8000
-    """
+    """The functions of SymPy expressions."""
     import sympy as sp
 
     def hypot(*values: Any) -> Any:

@@ -91,12 +91,8 @@ class Place(DocumentPlace):
             raise self.error(dimension.noun, got=got, expected=expected, hint=hint)
         if isinstance(value, str):  # names of parameters
             beside = self.document.data.get("parameters", {}).values()
-        question(
-            *(number, dimension, self.document.location, self.path),
-            has_unit=has_unit,
-            got=value,
-            beside=beside,
-        )
+        where = self.document.location
+        question(number, dimension, where, self.path, has_unit=has_unit, got=value, beside=beside)
         return number
 
     def plain_vector(self, written: list[Any], dimension: Dimension) -> list[float]:
@@ -116,12 +112,10 @@ class Place(DocumentPlace):
         self, written: object, key: str, dimension: Dimension, *, positive: bool = False
     ) -> Any:
         """The number under a key of what is written here, in SI units; None without one."""
-        value, here = getattr(written, key), self / key
-        return (
-            None
-            if value is None
-            else here.number(value, dimension, positive=positive, beside=vars(written).values())
-        )
+        if (value := getattr(written, key)) is None:
+            return None
+        beside = vars(written).values()
+        return (self / key).number(value, dimension, positive=positive, beside=beside)
 
     def vector(self, written: list[Any], dimension: Dimension) -> np.ndarray:
         """Numbers of one dimension."""
@@ -276,14 +270,6 @@ def turned_axes(vector: np.ndarray, *, exact: bool) -> np.ndarray:
     """Columns (3, 3): the axes turned about a vector (3,) by its length [rad].
 
     In exact arithmetic after Rodrigues.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> turned_axes(np.array([0, 0, sp.pi / 2]), exact=True)
-    array([[0, -1, 0],
-           [1, 0, 0],
-           [0, 0, 1]], dtype=object)
     """
     if not exact:
         return matrix_of_rotation(np.asarray(vector, dtype=float))
@@ -476,10 +462,6 @@ def check_version(
     version = data["robostiff"]
     if version != VERSION or isinstance(version, bool):
         newer = isinstance(version, int) and version > VERSION
-        raise FileError(
-            document.location(("robostiff",)),
-            subject,
-            got=version,
-            expected=str(VERSION),
-            hint="this file needs a newer robostiff" if newer else None,
-        )
+        hint = "this file needs a newer robostiff" if newer else None
+        place = document.location(("robostiff",))
+        raise FileError(place, subject, got=version, expected=str(VERSION), hint=hint)

@@ -387,25 +387,6 @@ def model_from_document(
         The file of a shipped robot that a module names; None for any other name.
 
     Raises a FileError at the place in the document that is to blame.
-
-    Examples
-    --------
-    >>> from robostiff.io.document import parse_document
-    >>> robot = model_from_document(parse_document('''
-    ... robostiff: 1
-    ... name: cantilever
-    ... source: an example
-    ... parameters: {L: 300 mm}
-    ... legs:
-    ...   - name: arm
-    ...     chain:
-    ...       - type: beam
-    ...         to: [L, 0, 0]
-    ...         material: steel
-    ...         section: {circle: {diameter: 20 mm}}
-    ... '''), parameters={"L": "400 mm"})
-    >>> robot.legs[0].chain.elements[0].to
-    array([0.4, 0. , 0. ])
     """
     written, overrides = written_model(document), parameters or {}
     path = Path(document.file)

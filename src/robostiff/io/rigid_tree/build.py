@@ -96,12 +96,9 @@ def build_links(
         elif np.any(np.abs(to) > 1e-12):
             link = WrittenBeam.model_construct(**entries).build(place, name)
         else:
-            raise place.error(
-                f"beam {name!r}",
-                got=Words("a joint and a next one at the same point"),
-                expected="a link that has a length",
-                hint="write type: link with a stiffness for a short part",
-            )
+            got, expected = "a joint and a next one at the same point", "a link that has a length"
+            hint = "write type: link with a stiffness for a short part"
+            raise place.error(f"beam {name!r}", got=Words(got), expected=expected, hint=hint)
         described = tree.masses.get(name)
         if described is not None:  # in place of the mass of the elastic part
             link = replace(link, masses=(described.seen_from(_at(-start)),))
@@ -366,12 +363,10 @@ def linkage_of_tree(
     quantities, nominal = symbolic_values(names, top.names)
     overrides = {**(parameters or {}), **quantities}
     exact = top_place(side, written.parameters, overrides, exact_mathematics())
-    refusal = InputError(
-        f"symbols of linkage {linkage.name!r}",
-        got=tuple(nominal),
-        expected="parameters of stiffnesses, elastic parts and masses alone",
-        hint="give values to parameters of dimensions: load_linkage(path, {NAME: ...})",
-    )
+    what = f"symbols of linkage {linkage.name!r}"
+    expected = "parameters of stiffnesses, elastic parts and masses alone"
+    hint = "give values to parameters of dimensions: load_linkage(path, {NAME: ...})"
+    refusal = InputError(what, got=tuple(nominal), expected=expected, hint=hint)
     try:
         symbolic = _linkage(DescribedTree(exact, written, described.tree))
     except (InputError, TypeError):  # a dimension that is computed with a symbol is no number
@@ -404,12 +399,9 @@ def _linkages(described: DescribedTree) -> tuple[Linkage, Linkage, tuple[Couplin
     couplings, roles = described.couplings(joints)
     part = with_roles(part, roles)
     if not any(is_elastic(c.element) for c in part.connections):
-        raise (top / "joints").error(
-            f"robot {part.name!r}",
-            got=Words("no compliance at all"),
-            expected="the stiffness of at least one joint or link",
-            hint=_hint(part),
-        )
+        what, got = f"robot {part.name!r}", Words("no compliance at all")
+        expected = "the stiffness of at least one joint or link"
+        raise (top / "joints").error(what, got=got, expected=expected, hint=_hint(part))
     return with_roles(linkage, roles), part, couplings
 
 
@@ -417,12 +409,10 @@ def _refuse_followers(following: frozenset[str], top: Place) -> None:
     """Raise where joints in loops that several legs share follow others."""
     if following:
         name = min(following)
-        raise (top / "joints").error(
-            f"joint {name!r}",
-            got=Words("a joint that follows another one, in a robot whose legs are connected"),
-            expected="its role, as if it were a joint of its own",
-            hint=f"write {name}: {{role: locked}}, or {{stiffness: ...}} of what makes it follow",
-        )
+        got = Words("a joint that follows another one, in a robot whose legs are connected")
+        expected = "its role, as if it were a joint of its own"
+        hint = f"write {name}: {{role: locked}}, or {{stiffness: ...}} of what makes it follow"
+        raise (top / "joints").error(f"joint {name!r}", got=got, expected=expected, hint=hint)
 
 
 def _hint(part: Linkage) -> str:

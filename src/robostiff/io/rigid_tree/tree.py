@@ -128,12 +128,6 @@ def read_xml(
     A document type is refused before it is read, so that there are no entities to expand.
 
     Raises FileError when it cannot be read, is no XML, has a document type, or is too large.
-
-    Examples
-    --------
-    >>> text = b"<robot name='r'><link name='a'/></robot>"
-    >>> read_xml("r.urdf", content=text).all("link")[0].attributes
-    {'name': 'a'}
     """
     if content is None:
         content = bounded_bytes(source, limits.size, "a robot description")
@@ -261,12 +255,10 @@ class RigidTree:
             raise self.error("links", got=len(self.links), expected=f"at most {MOST_LINKS}")
         for child, count in Counter(joint.child for joint in self.joints).items():
             if count > 1:
-                raise self.error(
-                    f"joints that lead to the link {child!r}",
-                    got=Words(", ".join(j.name for j in self.joints if j.child == child)),
-                    expected="one",
-                    hint="write what closes a loop under loops: in the side file",
-                )
+                what = f"joints that lead to the link {child!r}"
+                got = Words(", ".join(j.name for j in self.joints if j.child == child))
+                hint = "write what closes a loop under loops: in the side file"
+                raise self.error(what, got=got, expected="one", hint=hint)
         roots = [link for link in self.links if link not in self.into]
         if len(roots) != 1:
             got = Words(listing(roots) or "none")
@@ -382,12 +374,9 @@ def read_side(description: Path | str, side: Path | str | None = None) -> Docume
             name = name[: -len(ending)] if name.lower().endswith(ending) else name
         path = Path(description).with_name(f"{name}.stiffness.yaml")
         if not path.exists():
-            raise InputError(
-                f"stiffness of {str(description)!r}",
-                got=Words("no side file"),
-                expected=f"{path} beside it, or another file by side=, --side on the command line",
-                hint=f"there {_EXAMPLE}",
-            )
+            what, got = f"stiffness of {str(description)!r}", Words("no side file")
+            expected = f"{path} beside it, or another file by side=, --side on the command line"
+            raise InputError(what, got=got, expected=expected, hint=f"there {_EXAMPLE}")
         side = path
     document = read_document(side)
     expected = f"robostiff: {VERSION} at the top"

@@ -23,11 +23,6 @@ def snapshot_schema() -> dict[str, Any]:
     """JSON schema (draft 2020-12) of the snapshot file, for editors and other programs.
 
     It checks keys, types and shapes; `read_snapshot` also checks values.
-
-    Examples
-    --------
-    >>> snapshot_schema()["required"]
-    ['name', 'reference_point', 'legs']
     """
     return _schema(SnapshotFile, "robostiff snapshot")
 
@@ -36,11 +31,6 @@ def network_schema() -> dict[str, Any]:
     """JSON schema (draft 2020-12) of the snapshot file in its graph form.
 
     It checks keys, types and shapes; `robostiff.load` also checks values and names.
-
-    Examples
-    --------
-    >>> network_schema()["required"]
-    ['name', 'reference_point', 'graph']
     """
     return _schema(NetworkFile, "robostiff network")
 

@@ -141,22 +141,6 @@ def network_from_document(document: Document) -> Network:
     """A network, from a document.
 
     Raises a FileError at the place in the document that is to blame.
-
-    Examples
-    --------
-    >>> from robostiff.io.document import parse_document
-    >>> text = '''
-    ... name: sliding table
-    ... reference_point: [0, 0, 0]
-    ... graph:
-    ...   nodes: {bed: [0, 0, 0], table: [0, 0, 0.1]}
-    ...   fixed: [bed]
-    ...   platform: table
-    ...   joints:
-    ...     - {a: bed, b: table, dofs: [{kind: P, point: [0, 0, 0], axis: [1, 0, 0], k: 2.0e+6}]}
-    ... '''
-    >>> network_from_document(parse_document(text)).joints[0].name
-    'joint1'
     """
     file = validate(NetworkFile, document)
     graph, place = file.graph, DocumentPlace(document).at("graph")
@@ -259,16 +243,6 @@ def network_to_data(network: Network) -> dict[str, Any]:
     ------
     InputError
         When a spring has directions both free and rigid, or nothing is elastic.
-
-    Examples
-    --------
-    >>> from robostiff.elasticity import circle, material
-    >>> from robostiff.network import Node, beam_between
-    >>> wall, tip = Node("wall", np.zeros(3)), Node("tip", np.array([1.0, 0, 0]))
-    >>> rod = beam_between(wall, tip, material("steel"), circle(0.02), name="rod")
-    >>> network = Network("rod", (wall, tip), ("wall",), "tip", tip.point, beams=(rod,))
-    >>> network_to_data(network)["graph"]["springs"][0]["name"]
-    'rod'
     """
     if not any(_is_elastic(element) for element in (*network.elements, *network.couplings)):
         raise InputError(

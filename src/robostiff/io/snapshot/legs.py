@@ -147,22 +147,6 @@ def snapshot_from_document(document: Document) -> Snapshot:
     """A robot at a pose, from a document.
 
     Raises a FileError at the place in the document that is to blame.
-
-    Examples
-    --------
-    >>> from robostiff.io.document import parse_document
-    >>> text = '''
-    ... name: screw jack
-    ... reference_point: [0, 0, 0.5]
-    ... legs:
-    ...   - name: jack
-    ...     end: [0, 0, 0.5]
-    ...     chain:
-    ...       - {type: spring, kind: P, point: [0, 0, 0], axis: [0, 0, 1], k: 2.0e+6}
-    ... '''
-    >>> snapshot = snapshot_from_document(parse_document(text))
-    >>> [element.name for element in snapshot.legs[0].elements]
-    ['spring1']
     """
     from robostiff.analysis.posed_stiffness import stiffness
 
@@ -209,16 +193,7 @@ def snapshot_from_document(document: Document) -> Snapshot:
 
 
 def is_snapshot(document: Document) -> bool:
-    """Whether a document is a snapshot, rather than a model of a robot at any pose.
-
-    Examples
-    --------
-    >>> from robostiff.io.document import parse_document
-    >>> is_snapshot(parse_document("{name: jack, reference_point: [0, 0, 1], legs: []}"))
-    True
-    >>> is_snapshot(parse_document("{robostiff: 1, name: jack}"))
-    False
-    """
+    """Whether a document is a snapshot, rather than a model of a robot at any pose."""
     data = document.data
     if not isinstance(data, dict) or "robostiff" in data:
         return False
@@ -231,14 +206,7 @@ def is_snapshot(document: Document) -> bool:
 
 
 def is_graph(document: Document) -> bool:
-    """Whether a snapshot is described as a graph of nodes, rather than by legs.
-
-    Examples
-    --------
-    >>> from robostiff.io.document import parse_document
-    >>> is_graph(parse_document("{name: frame, reference_point: [0, 0, 1], graph: {}}"))
-    True
-    """
+    """Whether a snapshot is described as a graph of nodes, rather than by legs."""
     data = document.data
     return isinstance(data, dict) and "graph" in data and "legs" not in data
 
@@ -360,15 +328,6 @@ def snapshot_to_data(snapshot: Snapshot) -> dict[str, Any]:
     ------
     InputError
         When it holds several poses, or parts that the format cannot describe.
-
-    Examples
-    --------
-    >>> from robostiff.model import Actuated
-    >>> drive = PlacedFreedom(np.eye(3)[2], np.zeros(3), None, "drive", Actuated(2e6))
-    >>> jack = Snapshot("jack", (PlacedLeg("leg", (drive,), np.zeros(3)),), np.zeros(3))
-    >>> data = snapshot_to_data(jack)
-    >>> data["legs"][0]["chain"][0]["k"]
-    2000000.0
     """
     if snapshot.platform is not None:
         raise InputError(

@@ -100,13 +100,7 @@ _REFUSED_RAD = {Dimension.NUMBER: 1, Dimension.MOMENT: -1, Dimension.ADVANCE_PER
 
 @frozen
 class SIQuantity:
-    """A number or a formula of base units, made by `make_quantity`.
-
-    Examples
-    --------
-    >>> print(parse_quantity("0.5 kN m/rad"), "and", parse_quantity("2 m/s"))
-    500 N m/rad (a rotational stiffness) and 2 m/s
-    """
+    """A number or a formula of base units, made by `make_quantity`."""
 
     magnitude: Any  # a float or a formula of SymPy
     units: Unit  # a product of powers of m, kg, s and rad
@@ -158,14 +152,7 @@ class SIQuantity:
 
 
 def make_quantity(magnitude: Any, unit: Unit | None = None) -> SIQuantity:
-    """The quantity in base units (m, kg, s, rad); without a unit, a plain number.
-
-    Examples
-    --------
-    >>> from robostiff.io.units import make_unit
-    >>> make_quantity(109.15, make_unit({"mm": 1})).magnitude  # right to the last bit
-    0.10915
-    """
+    """The quantity in base units (m, kg, s, rad); without a unit, a plain number."""
     unit = unit or Unit()
     if unit.pi:
         # as radians(1.0) and its powers are rounded
@@ -230,14 +217,6 @@ def to_si(
     ------
     InputError
         If the quantity measures something else or is not finite.
-
-    Examples
-    --------
-    >>> to_si("300 mm", Dimension.LENGTH)
-    0.3
-    >>> to_si("10 mm", Dimension.ANGLE)
-    Traceback (most recent call last):
-    robostiff.errors.InputError: angle: got '10 mm', expected an angle, such as 10 deg
     """
     subject = subject or dimension.noun
     value: Any = quantity

@@ -61,44 +61,23 @@ _LENGTH, _MASS, _ANGLE = (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 0, 1)
 _FORCE, _MOMENT, _PRESSURE = (1, 1, -2, 0), (2, 1, -2, 0), (-1, 1, -2, 0)
 _PSI = Fraction("4.4482216152605") / Fraction("0.0254") ** 2
 
+# Words of one dimension, and how many base units each is.
+_RATIOS = (
+    (_LENGTH, {"mm": "1e-3", "cm": "1e-2", "um": "1e-6", "km": "1e3", "in": "0.0254"}),
+    (_LENGTH, {"ft": "0.3048"}),
+    (_MASS, {"g": "1e-3"}),
+    (_FORCE, {"N": 1, "mN": "1e-3", "kN": "1e3", "MN": "1e6", "daN": 10}),
+    (_FORCE, {"kgf": "9.80665", "lbf": "4.4482216152605"}),
+    (_MOMENT, {"Nm": 1, "Nmm": "1e-3", "mNm": "1e-3", "kNm": "1e3", "MNm": "1e6", "J": 1}),
+    (_PRESSURE, {"Pa": 1, "kPa": "1e3", "MPa": "1e6", "GPa": "1e9"}),
+    (_PRESSURE, {"psi": _PSI, "ksi": 1000 * _PSI}),
+    (_ANGLE, {"mrad": "1e-3", "urad": "1e-6"}),
+)
+_DEGREES = {"deg": 180, "arcmin": 10_800, "arcsec": 648_000}  # in half a turn
 _UNITS = MappingProxyType(
-    {
-        "m": Unit(_LENGTH),
-        "kg": Unit(_MASS),
-        "s": Unit((0, 0, 1, 0)),
-        "rad": Unit(_ANGLE),
-        "mm": Unit(_LENGTH, Fraction("1e-3")),
-        "cm": Unit(_LENGTH, Fraction("1e-2")),
-        "um": Unit(_LENGTH, Fraction("1e-6")),
-        "km": Unit(_LENGTH, Fraction("1e3")),
-        "in": Unit(_LENGTH, Fraction("0.0254")),
-        "ft": Unit(_LENGTH, Fraction("0.3048")),
-        "g": Unit(_MASS, Fraction("1e-3")),
-        "N": Unit(_FORCE),
-        "mN": Unit(_FORCE, Fraction("1e-3")),
-        "kN": Unit(_FORCE, Fraction("1e3")),
-        "MN": Unit(_FORCE, Fraction("1e6")),
-        "daN": Unit(_FORCE, Fraction(10)),
-        "kgf": Unit(_FORCE, Fraction("9.80665")),
-        "lbf": Unit(_FORCE, Fraction("4.4482216152605")),
-        "Nm": Unit(_MOMENT),
-        "Nmm": Unit(_MOMENT, Fraction("1e-3")),
-        "mNm": Unit(_MOMENT, Fraction("1e-3")),
-        "kNm": Unit(_MOMENT, Fraction("1e3")),
-        "MNm": Unit(_MOMENT, Fraction("1e6")),
-        "J": Unit(_MOMENT),
-        "Pa": Unit(_PRESSURE),
-        "kPa": Unit(_PRESSURE, Fraction("1e3")),
-        "MPa": Unit(_PRESSURE, Fraction("1e6")),
-        "GPa": Unit(_PRESSURE, Fraction("1e9")),
-        "psi": Unit(_PRESSURE, _PSI),
-        "ksi": Unit(_PRESSURE, 1000 * _PSI),
-        "mrad": Unit(_ANGLE, Fraction("1e-3")),
-        "urad": Unit(_ANGLE, Fraction("1e-6")),
-        "deg": Unit(_ANGLE, Fraction(1, 180), 1),
-        "arcmin": Unit(_ANGLE, Fraction(1, 10_800), 1),
-        "arcsec": Unit(_ANGLE, Fraction(1, 648_000), 1),
-    }
+    {"m": Unit(_LENGTH), "kg": Unit(_MASS), "s": Unit((0, 0, 1, 0)), "rad": Unit(_ANGLE)}
+    | {word: Unit(powers, Fraction(x)) for powers, of in _RATIOS for word, x in of.items()}
+    | {word: Unit(_ANGLE, Fraction(1, count), 1) for word, count in _DEGREES.items()}
 )
 _SPELLINGS = MappingProxyType({"µm": "um", "μm": "um", "µrad": "urad", "μrad": "urad", "°": "deg"})
 
@@ -191,12 +170,10 @@ def _read_product(
             if power := _POWER.match(text, after) or _SUPERSCRIPT.match(text, after):
                 pairs, after = [(pairs[0][0], int(power[1].translate(_PLAIN_DIGITS)))], power.end()
             if again := _POWER_SIGN.match(text, after):
-                raise InputError(
-                    "power of a unit",
-                    got=text[word.end() : again.end() + 8].strip(),
-                    expected="one whole number, as in mm^2",
-                    hint="for the power of a quantity write (300 mm)^2",
-                )
+                got = text[word.end() : again.end() + 8].strip()
+                hint = "for the power of a quantity write (300 mm)^2"
+                expected = "one whole number, as in mm^2"
+                raise InputError("power of a unit", got=got, expected=expected, hint=hint)
         if joint is None and divided:
             got = text[start:after].strip()
             hint = "write a product below the line as N/(m rad), one above it as N m/rad"

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
+from scipy.linalg import null_space
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
-from robostiff.frozen import frozen, replace
+from robostiff.frozen import field, frozen, replace
 from robostiff.model import Passive, PlacedFreedom, PlacedSpring, StiffnessLaw
 from robostiff.model.batched import one_of
 from robostiff.record import is_zero, square_root, usual_size
@@ -145,7 +146,8 @@ class Bowing:
     ----------
     elements : int or None
         Into how many clamped cubics each beam is divided; errors decrease with the fourth power.
-        None: one element with inner modes. One cubic alone does not buckle between clamped ends.
+        None: one element with inner modes, and so many of beams that bend far that each element
+        bends by less than 0.1 rad. One cubic alone does not buckle between clamped ends.
     inner_modes : bool or None
         Whether each element has inner modes; None: where `elements` is None.
 
@@ -165,11 +167,34 @@ class Bowing:
 
     def __post_init__(self) -> None:
         n = self.elements
-        if n is not None and (isinstance(n, bool) or not isinstance(n, int) or not 1 <= n <= 64):
+        of_bool = isinstance(n, bool) or not isinstance(n, int)
+        if n is not None and (of_bool or not 1 <= n <= MOST_ELEMENTS):
             raise InputError("elements of a beam", got=n, expected="1 to 64, or None to choose")
 
 
+#: Into which a beam is divided at most.
+MOST_ELEMENTS = 64
 Beams = Bowing | Linear
+
+
+@frozen
+class Division:
+    """Into how many elements beams are divided where `Bowing` leaves that open.
+
+    Attributes
+    ----------
+    least : int
+        Every beam.
+    parts : mapping of (str, str) to int
+        Those that bend far, by leg and part.
+    """
+
+    least: int = 1
+    parts: Mapping[tuple[str, str], int] = field(default_factory=dict)
+
+    def of(self, leg: str, part: str) -> int:
+        """Elements of a beam, or of each segment of a tapered one."""
+        return self.parts.get((leg, part), self.least)
 
 
 def part_of_beam(C: np.ndarray, length: Any, parts: int) -> np.ndarray:
@@ -229,22 +254,27 @@ class ElementsOfParts(Elements):
     """Of numbers."""
 
     treated: Beams
+    division: Division = field(default_factory=Division)
 
     def spring(self, spring: PlacedSpring, leg: str) -> list[Element]:
         """An elastic part as one spring, or a beam as one or more elements."""
-        del leg
+        treated, n = self.treated, 1
+        if isinstance(treated, Bowing) and treated.elements is None and spring.elasticity.beams:
+            n = self.division.of(leg, spring.name)
+            inner = treated.has_inner_modes
+            treated = Bowing(n, inner_modes=inner) if n > 1 else treated
         elasticity, index = spring.elasticity.among or (spring.elasticity, None)
         # with a part that is alike at all poses they stay known, if they are so whichever way up
         in_space = self.space is Space.SPATIAL
         kept = vars(elasticity).setdefault(_ELEMENTS, {}) if in_space else {}
-        if self.treated not in kept:
+        if treated not in kept:
             beams = elasticity.beams
-            bowing = self.treated if beams and isinstance(self.treated, Bowing) else None
+            bowing = treated if beams and isinstance(treated, Bowing) else None
             pieces: list[tuple[np.ndarray, Any]] = [(elasticity.compliance, None)]
             if bowing or len(beams) > 1:
                 lengths = (beam.length for beam in beams)
                 pieces = [*zip(elasticity.pieces, lengths, strict=True)]
-            kept[self.treated] = elastic_elements(
+            kept[treated] = elastic_elements(
                 self.space,
                 np.array(spring.rotation, dtype=float),
                 pieces,
@@ -254,7 +284,7 @@ class ElementsOfParts(Elements):
                 bows=bowing is not None,
                 inner=bowing is not None and bowing.has_inner_modes,
             )
-        return in_series(kept[self.treated], spring, index)
+        return in_series(kept[treated], spring, index, n)
 
 
 def _modes(
@@ -262,6 +292,14 @@ def _modes(
 ) -> tuple[np.ndarray, np.ndarray]:
     # those of a part that is alike at all poses are kept with it
     modes = elasticity.modes if C is elasticity.compliance else compliance_modes(C)
+    if free.size and np.linalg.matrix_rank(free) + modes.any(axis=-2).sum(axis=-1).max() > len(
+        free
+    ):
+        # its compliance along its freedoms is of no account
+        size = np.sqrt(np.diagonal(C, axis1=-2, axis2=-1).reshape(-1, len(free)).max(axis=0))
+        size = np.where(size > 0, size, 1.0)[:, None]
+        W = null_space((free / size).T)
+        modes = size * W @ compliance_modes(W.T @ (C / size / size.T) @ W)
     free = np.broadcast_to(free, (*modes.shape[:-1], free.shape[-1]))
     V, k = np.concatenate([modes, free], axis=-1), np.ones(modes.shape[-1] + free.shape[-1])
     k[modes.shape[-1] :], is_one = 0.0, V.any(axis=tuple(range(V.ndim - 1)))
@@ -343,17 +381,20 @@ def elastic_element(
     return FiniteSpring("", nowhere, rotation, V, k, axial, bent)
 
 
-def in_series(found: InNoPlace, spring: PlacedSpring, index: Any = None) -> list[Element]:
+def in_series(
+    found: InNoPlace, spring: PlacedSpring, index: Any = None, together: int = 1
+) -> list[Element]:
     """The elements of an elastic part where it is, of numbers or of entries.
 
-    Of elements of many parts those of one of them, or of some, by its number there.
+    Of elements of many parts those of one of them, or of some, by its number there. So many are
+    one part of results `together`.
     """
     (first, _), *_ = found
     point, rotation = (
         np.asarray(each, dtype=first.point.dtype) for each in (spring.point, spring.rotation)
     )
     placed: list[Element] = []
-    for e, back in found:
+    for i, (e, back) in enumerate(found, 1):
         V, k, axial, before, bent = e.modes, e.stiffness, e.axial, back, vars(e.bending).values()
         if index is not None:
             V, k, axial, before = map(partial(_one, index), (V, k, axial, back), (2, 1, 0, 0))
@@ -361,7 +402,8 @@ def in_series(found: InNoPlace, spring: PlacedSpring, index: Any = None) -> list
         at = point
         if isinstance(before, np.ndarray) or not is_zero(before):
             at = point - rotation[..., 0] * np.asarray(before)[..., None]
-        own = FiniteSpring(spring.name, at, rotation, V, k, axial, Bending(*bent), e.ends)
+        more = i % together > 0
+        own = FiniteSpring(spring.name, at, rotation, V, k, axial, Bending(*bent), e.ends, more)
         vars(own)["kind"] = e.kind
         placed.append(own)
     return placed

@@ -211,6 +211,7 @@ class FiniteSpring:
     axial: Any  # EA/L of a beam with bowing [N/m]; 0 of a linear spring
     bending: Bending
     ends: float = 1.0  # part of the length of its elastic part that is before its end
+    goes_on: bool = False  # results have it together with the element behind it
 
     @property
     def size(self) -> int:

@@ -74,12 +74,6 @@ def solve(
         X with ``A x = b``, refined so many times.
     (N,) array of int
         How many directions each system has lost.
-
-    Examples
-    --------
-    >>> A = np.array([[[1e12, 1.0], [1.0, 1e-9]]])
-    >>> solve(A, np.array([[[1.0], [0.0]]]), refinements=2)[0][0, 1, 0]
-    np.float64(-0.001001...)
     """
     scale = np.ones(A.shape[:2]) if first is None else first
     size, scaled = np.abs(A), np.empty(A.shape)

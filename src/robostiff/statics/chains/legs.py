@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from robostiff.frozen import frozen, replace
+from robostiff.record import is_zero, reciprocal
 from robostiff.spatial.rotation import matrix_of_rotation, vector_of_rotation
 from robostiff.statics.chains.elements import (
     NOBODY,
@@ -45,6 +46,9 @@ from robostiff.statics.chains.numbers import (
 
 # Of the way to a critical axial force, in one step.
 _OF_THE_WAY = 0.9
+# By which one element bends where a beam is some 0.5 % off: the only one of a beam, and one of many
+# [rad]; and the same of moments that couple the turns across them, times what resists these turns.
+_BENT, _TWISTED = (0.1, 0.2), (0.2, 0.3)
 
 
 @frozen
@@ -347,19 +351,46 @@ class Legs:
         )
 
     def short_of_buckling(self, before: State, after: State) -> State:
-        """The state after a step, but axial forces cross no critical load of an inner mode."""
-        l = self.arrays.bending.l.max(axis=-1, initial=0.0)
+        """The state after a step, but axial forces cross no critical load of an inner mode.
+
+        Of a beam in parts no mode of the whole beam, between its ends.
+        """
+        l = self.arrays.bending.l.max(axis=-1, initial=0.0) * self._parts_of_beams**2
         left = before.axial + 1 / np.maximum(l, np.finfo(float).tiny)
         least = np.where(left > 0, before.axial - _OF_THE_WAY * left, -np.inf)
         return replace(after, axial=np.maximum(after.axial, least))
 
-    def largest_bend(self, state: State) -> float:
-        """The largest angle by which a beam of one element bends, or its chord turns [rad]."""
-        arrays, is_one = self.arrays, self.inner_modes.any(axis=-1)
-        y = arrays.spring_coordinates(state.x)[arrays.beams]
-        moved = (arrays.modes[arrays.beams] @ y[..., None])[is_one, :, 0]
-        d, r = np.linalg.norm(moved[:, 1:3], axis=1), np.linalg.norm(moved[:, 4:], axis=1)
-        return float(np.max([r, 1.5 * d * arrays.bending.s[is_one, :1].sum(axis=-1)], initial=0.0))
+    @cached_property
+    def _parts_of_beams(self) -> np.ndarray:
+        """Of how many elements the beam is of which each is one (B,)."""
+        beams = [(c, e.name) for c, _, e in self.beams]
+        return np.array([beams.count(beam) for beam in beams], dtype=int)
+
+    @cached_property
+    def _bend_weights(self) -> np.ndarray:
+        """Of the squares of turns of the ends of beams (B, 3), see `bends`."""
+        V, k = (
+            x[self.arrays.beams] for x in (self.arrays.modes[:, 3:], self.arrays.mode_stiffness)
+        )
+        c = (V * V * _inverse(k)[:, None]).sum(axis=-1)
+        across = np.roll(c, 1, axis=-1) * np.roll(c, 2, axis=-1) * _inverse(c) ** 2
+        alone = np.tile(self._parts_of_beams, len(c) // max(len(self.beams), 1))[:, None] == 1
+        twisted, bent = (np.where(alone, *most) ** -2.0 for most in (_TWISTED, _BENT))
+        return across * twisted + np.array([0, 1, 1]) * bent
+
+    def bends(self, state: State) -> np.ndarray:
+        """Squares (B,) of how far beams, or their elements, bend, by how far these may.
+
+        Of numbers or of entries. Moments about two axes couple the turns about the third, so that a
+        bar buckles across: turns about an axis count the more the softer it is about both others,
+        torsion by that alone.
+        """
+        arrays = self.arrays
+        y, s = arrays.spring_coordinates(state.x)[arrays.beams], arrays.bending.s[:, :1] * 1.5
+        moved = (arrays.modes[arrays.beams] @ y[..., None])[..., 0]
+        chord = np.concatenate([moved[:, 3:4], moved[:, 2:3] * s, moved[:, 1:2] * s], axis=-1)
+        turns = (moved[:, 3:] * moved[:, 3:] + chord * chord) * 0.5
+        return (turns * self._bend_weights).sum(axis=-1)
 
     def pulls(self, state: State, share: float) -> Pulls:
         """What springs between bodies do at a state under a share of loads."""
@@ -426,3 +457,10 @@ class Legs:
             springs=tuple(spring.renumbered(number) for spring in self.springs),
             couplings=tuple(coupling.renumbered(number) for coupling in self.couplings),
         )
+
+
+def _inverse(x: np.ndarray) -> np.ndarray:
+    """``1 / x`` of numbers or entries, 0 where they are 0."""
+    if x.dtype == object:
+        return np.asarray(np.frompyfunc(lambda v: 0 if is_zero(v) else reciprocal(v), 1, 1)(x))
+    return np.divide(1.0, x, out=np.zeros(x.shape), where=x != 0)

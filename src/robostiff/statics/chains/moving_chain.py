@@ -95,13 +95,6 @@ class FiniteTurn:
 
         With ``dS^2/dr_b = E_b S + S E_b`` and ``u = m x r`` it is that of ``(b' u + c' u x r - c m)
         r^T + c (m . r) I``; m is (..., 3).
-
-        Examples
-        --------
-        >>> FiniteTurn.of(np.array([[0.1, 0, 0]])).rate(np.array([[1.0, 0, 0]]))[0].round(5)
-        array([[0.     , 0.     , 0.     ],
-               [0.     , 0.01666, 0.     ],
-               [0.     , 0.     , 0.01666]])
         """
         _, c, b_rate, c_rate = (self.factors[..., i : i + 1] for i in range(4))
         r, u = self.r, cross(m, self.r)

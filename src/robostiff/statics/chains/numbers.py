@@ -319,7 +319,7 @@ def side_by_side(
 def sums_at(places: np.ndarray, values: np.ndarray, size: int) -> np.ndarray:
     """Sums of numbers, or of entries, by their places (size,)."""
     if values.dtype != object:
-        return np.bincount(places, values, size)
+        return np.asarray(np.bincount(places, values, size), dtype=float)  # empty: of integers
     found = np.zeros(size, dtype=int).astype(object)
     np.add.at(found, places, values)
     return found

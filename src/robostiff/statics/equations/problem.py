@@ -338,11 +338,6 @@ def solve_least(
     does pull has its first step cut to `furthest`, in coordinates times their lengths `scale`;
     stiffness of the load meets it there. Rounding of `load`, the largest component of the whole
     load over `scale`, does not pull.
-
-    Examples
-    --------
-    >>> solve_least(np.diag([2.0, 0.0, 0.0]), np.array([1.0, 0.0, -1.0]), np.ones(3), 0.1)
-    array([ 0.5,  0. , -0.1])
     """
     U, values, Vt = np.linalg.svd(K / np.outer(scale, scale))
     along = U.T @ (b / scale)

@@ -36,6 +36,8 @@ _ROUNDING = 1e-8
 _CLEARLY = 1e5
 # Diagonal entry of a triangular factor, of the largest, above which closures are independent.
 _INDEPENDENT = 1e-6
+# Of the largest stiffness of a part: what rounding leaves of that of a body that hangs unloaded.
+_LEFT = 1e-25
 # Of the largest singular value of a closure: a direction that is missing all along.
 _LOST = 1e-9
 # Of load times mode: below this the load does no work on the mode, and equilibria branch.
@@ -77,11 +79,6 @@ def margins(Q: np.ndarray, Q0: np.ndarray) -> list[Margin]:
 
     With ``Q0 = L L^T`` the ratios are the eigenvalues of ``L^-1 Q L^-T``, where the second forms of
     all pairs are clearly positive definite.
-
-    Examples
-    --------
-    >>> round(margins(np.diag([1.0, 6.0])[None], np.diag([2.0, 8.0])[None])[0].value, 12)
-    0.5
     """
     if Q.shape[-1] == 0:
         return [Margin(1.0, q, q) for q in Q]
@@ -182,7 +179,12 @@ def _curvature(known: Linearised, motions: np.ndarray) -> np.ndarray:
     for block, A in zip(known.problem.blocks, known.equations.A, strict=True):
         x = followed[block.coordinates]
         found += np.sum(np.swapaxes(x, 1, 2) @ A[:, : block.free, : block.free] @ x, axis=0)
-    return 0.5 * (found + found.T)
+    return _without_rounding(0.5 * (found + found.T), known.problem.legs)
+
+
+def _without_rounding(Q: np.ndarray, legs: Legs) -> np.ndarray:
+    """Curvatures, 0 where rounding is all that is left."""
+    return np.where(np.abs(Q) <= _LEFT * np.max(legs.stiffness, initial=0.0), 0.0, Q)
 
 
 def leg_margins(known: Linearised) -> dict[int, Margin]:
@@ -227,7 +229,7 @@ def margins_of(problem: EquilibriumProblem, eq: LegEquations, g: int) -> list[Ma
         N = np.zeros((len(alike), m + inner, k + inner))
         N[:, :m, :k], N[:, m:, k:] = motions, np.eye(inner)
         across = np.swapaxes(N, -1, -2)
-        pairs = across @ Q[alike] @ N, across @ Q0[alike] @ N
+        pairs = _without_rounding(across @ Q[alike] @ N, legs), across @ Q0[alike] @ N
         for leg, basis, least in zip(alike, N, margins(*pairs), strict=True):
             found[leg] = least.among(basis)
     return found

@@ -180,11 +180,6 @@ def motion_of_section(s: ArrayLike, length: ArrayLike, phi: ArrayLike) -> np.nda
     Notes
     -----
     J. S. Przemieniecki, Theory of Matrix Structural Analysis, McGraw-Hill 1968, section 11.3.
-
-    Examples
-    --------
-    >>> motion_of_section(0.5, 2.0, (0.0, 0.0))[1, [1, 5, 7, 11]]
-    array([ 0.5 ,  0.25,  0.5 , -0.25])
     """
     s, length = np.asarray(s, dtype=float), np.asarray(length, dtype=float)
     found = np.zeros((*s.shape, 6, 12))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -302,7 +303,8 @@ def _confirm(found: CompiledLoading, finder: PostureFinder, force: float) -> Com
             part = given[group] if pose is given else JointCoordinates(given[group])
             postures = postures_of(other, part, None)
             for i, k in enumerate(group):
-                solution = solve(postures.with_loads(i, acting), F[k])
+                again = partial(postures.loaded_at, i)
+                solution = solve(again(acting), again, F[k])
                 one = Equilibrium.of(robot.name, robot.space, solution)
                 where = f"{robot.name!r} at {given[k].tolist()} under {F[k].tolist()}"
                 if not one.has_answer:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,13 @@ from robostiff.spatial.rotation import vector_of_quaternion
 from robostiff.statics.chains.moving_chain import sum_of_crosses
 from robostiff.statics.kernels.leg import Site
 from robostiff.statics.loading.given_loads import Acting, StandingLoads, each_load
-from robostiff.statics.loading.loaded_posture import beside, postures_of, wrenches_of
+from robostiff.statics.loading.loaded_posture import (
+    LoadedPosture,
+    Postures,
+    beside,
+    postures_of,
+    wrenches_of,
+)
 from robostiff.statics.result import Equilibrium, OnDemand
 from robostiff.statics.solution import Solution, solve
 
@@ -142,14 +149,20 @@ class SolvedOnDemand(OnDemand):
                     before = each_load(body, loads[body]) if body in loads else ()
                     loads[body] = (*before, Weight(force, point))
                 acting = Acting(**{**loading.standing.given, "loads": loads or None}, laws={})
-                loaded = postures.with_loads(i, acting)
-                if levers.any():  # the wrench has their forces
-                    dead = loaded.problem.dead
-                    total = dead.levers + loaded.frame[0] @ levers.reshape(3, 3)
-                    problem = replace(loaded.problem, dead=replace(dead, levers=total))
-                    loaded = replace(loaded, problem=problem)
-                self[k] = solve(loaded, self.F[k])
+                again = partial(_with_levers, postures, i, levers)
+                self[k] = solve(again(acting), again, self.F[k])
             yield part, posture
+
+
+def _with_levers(postures: Postures, i: int, levers: np.ndarray, acting: Acting) -> LoadedPosture:
+    """A robot at posture i under loads, and levers of forces that the wrench has."""
+    loaded = postures.with_loads(i, acting)
+    if not levers.any():
+        return loaded
+    dead = loaded.problem.dead
+    total = dead.levers + loaded.frame[0] @ levers.reshape(3, 3)
+    problem = replace(loaded.problem, dead=replace(dead, levers=total))
+    return replace(loaded, problem=problem)
 
 
 @frozen(repr=False)

@@ -214,6 +214,7 @@ class LoadedRobot:
                 for turn in at.legs.terms.turns.flat
                 if isinstance(turn, Entry)
             ),
+            *(1 - bend for bend in self.legs.legs.bends(at.legs.state)),
             contraction(values),
         ]
         safe = [x for x in safe if isinstance(x, Entry)]

@@ -140,6 +140,7 @@ def _of_network(network: Network) -> Assembly:
             (places[key], joint.freedoms[i], factor)
             for joint, i, factor in one.terms
             if (key := (joint.name, joint.a, joint.b, i)) in places
+            and of_body[joint.a] != of_body[joint.b]  # else it stays where it is
         ]
         if terms:
             follows, freedom, _ = terms[0]

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robostiff.errors import InputError, Words
-from robostiff.frozen import frozen, replace
+from robostiff.frozen import field, frozen, replace
 from robostiff.model import ForceLaw, Mass, PlacedMass, Robot, Snapshot, gravity_vector
 from robostiff.model.cable import Weight
 from robostiff.network import Network
 from robostiff.network.assembly import unknown_name
 from robostiff.spatial import Space, as_float, as_floats
-from robostiff.statics.chains.beam_bowing import Beams, Bowing
+from robostiff.statics.chains.beam_bowing import Beams, Bowing, Division
 from robostiff.statics.equations.problem import DeadForces
 
 Loads = Mapping[str, Any]
@@ -49,13 +49,14 @@ class StandingLoads:
 
 @frozen
 class Acting(StandingLoads):
-    """The same, with the point of the wrench.
+    """The same, with the point of the wrench, and how beams are divided.
 
     Joints follow the laws of the robot, and these beside them, unless `laws` is None.
     """
 
     at: ArrayLike | None = None
     laws: Laws | None = None
+    division: Division = field(default_factory=Division)
 
 
 @frozen
@@ -118,14 +119,7 @@ def acting_gravity(
 
 
 def has_masses(machine: Any) -> bool:
-    """Whether a machine, or any part of one, has a mass, or a material with a density.
-
-    Examples
-    --------
-    >>> from robostiff.robots import load
-    >>> has_masses(load("hexapod")), has_masses(load("gough-stewart-b"))
-    (True, False)
-    """
+    """Whether a machine, or any part of one, has a mass, or a material with a density."""
     masses = getattr(machine, "masses", ())
     several = masses.values() if isinstance(masses, Mapping) else (masses,)
     density = getattr(getattr(machine, "material", None), "density", None)

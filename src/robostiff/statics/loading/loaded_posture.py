@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cached_property, singledispatch
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial, singledispatch
 from typing import Any, cast
 
 import numpy as np
@@ -75,6 +75,8 @@ class LoadedPosture:
         The robot at that posture; of cables the robot itself.
     masses : CarriedMasses
         That vibrate; none where an equilibrium alone is computed.
+    acting : Acting
+        The loads, and how they divide beams.
     """
 
     name: str
@@ -84,6 +86,7 @@ class LoadedPosture:
     status: Status
     posed: Snapshot | Network | CableRobot
     masses: CarriedMasses = field(default=_NO_MASSES, compare=False)
+    acting: Acting = field(default_factory=Acting, compare=False)
 
     @property
     def has_posture(self) -> bool:
@@ -98,8 +101,11 @@ def one_loaded_posture(
     near: Near,
     acting: Acting,
     grows: str = "",
-) -> tuple[LoadedPosture, np.ndarray]:
-    """A robot at one posture, and one wrench (r,); not zero where it grows, as an example says."""
+) -> tuple[LoadedPosture, np.ndarray, Callable[[Acting], LoadedPosture]]:
+    """A robot at one posture, one wrench (r,), and the former under other loads.
+
+    The wrench is not zero where it grows, as an example says.
+    """
     postures = postures_of(robot, pose, near)
     given = wrenches_of("wrench", wrench, postures.robot.space)
     require_one_pose("a robot under load", postures.batch)
@@ -112,7 +118,7 @@ def one_loaded_posture(
             expected="a load that grows",
             hint=f"write {grows}",
         )
-    return postures.with_loads(0, acting), given
+    return postures.with_loads(0, acting), given, partial(postures.loaded_at, 0)
 
 
 @frozen
@@ -158,7 +164,7 @@ class Postures:
             return self.loaded_at(i, acting, masses)
         return kept_for_last(Postures.loaded_at, self, 0, acting, masses)
 
-    def loaded_at(self, i: Any, acting: Acting, masses: Masses | None) -> LoadedPosture:
+    def loaded_at(self, i: Any, acting: Acting, masses: Masses | None = None) -> LoadedPosture:
         """The same; of several postures, whose numbers are i, all at once, without its status."""
         pull = acting_gravity(self.robot, acting.gravity, acting.loads)
         posture, status, k = self.posture, Status.OK, i if self.batch else 0
@@ -197,7 +203,7 @@ class Postures:
         }
         found = loaded_legs(
             assembly,
-            ElementsOfParts(posed.space, acting.beams),
+            ElementsOfParts(posed.space, acting.beams, acting.division),
             point,
             posed.space.rows,
             forces,
@@ -240,7 +246,8 @@ class Postures:
         if np.ndim(k) == 0 and not status & _NO_POSTURE and problem.at_rest.lacks_digits:
             status |= Status.ILL_CONDITIONED
         machine = posed if self.cables is None else self.robot
-        return LoadedPosture(posed.name, problem, posed.space, frame, status, machine, found.masses)
+        about = posed.name, problem, posed.space, frame, status, machine
+        return LoadedPosture(*about, found.masses, acting)
 
     def as_robots(
         self, rows: Sequence[int], acting: Acting, masses: Masses
