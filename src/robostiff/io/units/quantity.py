@@ -446,8 +446,8 @@ def question(
     near = (math.inf, "", "")
     for other in beside if number and dimension.si_unit and not (words or has_unit) else ():
         if isinstance(other, str):
-            at, (in_si, as_written, of) = math.log(abs(number)), _logarithms(other, dimension)
-            near = min(near, (abs(at - in_si), "", ""), (abs(at - as_written), other, of))
+            at, (si, own, of) = math.log(abs(number)), _logarithms(other, dimension)
+            near = min(near, (abs(at - si), "", ""), (abs(at - own), other, of))
     *_, text, unit = near
     if unit:
         words = f"{got} without a unit beside {text}; write {number:g} {unit}"
