@@ -46,9 +46,11 @@ def softer_by_shear(machine: Any) -> float:
             for beam in part.beams:
                 length = beam.fixed + beam.share * part.home
                 shear = shear_compliance([BeamSegment(length, beam.material, beam.section)])
-                if beam.theory is None and shear is not None and length > 0:
-                    if _is_stubby(beam_compliance(length, beam.material, beam.section), shear):
-                        sheared[id(beam)] = replace(beam, theory=Timoshenko())
+                is_known = beam.theory is None and shear is not None and length > 0
+                if is_known and _is_stubby(
+                    beam_compliance(length, beam.material, beam.section), shear
+                ):
+                    sheared[id(beam)] = replace(beam, theory=Timoshenko())
     if not sheared:
         return 0.0
     from scipy import linalg
@@ -71,7 +73,7 @@ def softer_by_shear(machine: Any) -> float:
     return float(1.0 / ratios[0] - 1.0)
 
 
-def _is_stubby(C: np.ndarray, shear: np.ndarray) -> bool:
+def _is_stubby(C: np.ndarray, shear: Any) -> bool:
     return bool(np.any(shear > _STUBBY * np.diagonal(C)[1:3]))
 
 
