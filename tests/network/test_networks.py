@@ -13,6 +13,7 @@ from robostiff.elastostatics import matrix_distance
 from robostiff.kinematics import with_masses
 from robostiff.model import PlacedFreedom, PlacedLeg, PlacedSpring, Snapshot
 from robostiff.network import (
+    CouplingElement,
     JointElement,
     Network,
     Node,
@@ -24,7 +25,6 @@ from robostiff.network import (
     mobility,
     network_of_snapshot,
 )
-from robostiff.network.elements import CouplingElement
 from robostiff.spatial import Space, rotate_stiffness
 from tests.cases.reference_case import case
 from tests.network.frames import (

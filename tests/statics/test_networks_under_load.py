@@ -13,6 +13,7 @@ from robostiff.kinematics import with_masses
 from robostiff.linkage import Connection, Linkage
 from robostiff.model import Actuated, Passive, PlacedFreedom, revolute
 from robostiff.network import (
+    CouplingElement,
     JointElement,
     Network,
     Node,
@@ -20,7 +21,6 @@ from robostiff.network import (
     beam_between,
     network_of_snapshot,
 )
-from robostiff.network.elements import CouplingElement
 from robostiff.spatial import Frame, Space
 from robostiff.statics import Bowing
 from tests.network.frames import slender_frame

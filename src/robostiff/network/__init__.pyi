@@ -1,6 +1,7 @@
 from robostiff.network.assembly import network_of_snapshot
 from robostiff.network.elements import (
     BeamElement,
+    CouplingElement,
     DistributedForce,
     ForceOnBeam,
     JointElement,
@@ -26,6 +27,7 @@ from robostiff.network.solution import (
 
 __all__ = [
     "BeamElement",
+    "CouplingElement",
     "DistributedForce",
     "Equations",
     "ForceOnBeam",
