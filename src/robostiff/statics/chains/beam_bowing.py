@@ -18,7 +18,7 @@ from robostiff.record import is_zero, square_root, usual_size
 from robostiff.spatial import Space, block_rotation, compliance_modes, cross, level_axes
 from robostiff.statics.chains.elements import Bending, Element, FiniteJoint, FiniteSpring
 
-# Of a compliance: shear that is rounding.
+# Of a compliance: shear that is rounding; of freedoms: one that the others have.
 _NONE = 1e-9
 # Integrals over s of products of the slopes of inner modes, and of those with the cubic of a turn;
 # of products of their third derivatives, less the means. Of the first and the third inner mode, and
@@ -299,7 +299,8 @@ def _modes(
         # its compliance along its freedoms is of no account
         size = np.sqrt(np.diagonal(C, axis1=-2, axis2=-1).reshape(-1, len(free)).max(axis=0))
         size = np.where(size > 0, size, 1.0)[:, None]
-        W = null_space((free / size).T)
+        U, values, _ = np.linalg.svd(free / size)
+        W = U[:, np.sum(values > _NONE * values[0]) :]
         modes = size * W @ compliance_modes(W.T @ (C / size / size.T) @ W)
     free = np.broadcast_to(free, (*modes.shape[:-1], free.shape[-1]))
     V, k = np.concatenate([modes, free], axis=-1), np.ones(modes.shape[-1] + free.shape[-1])
