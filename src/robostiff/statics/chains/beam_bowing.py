@@ -167,12 +167,10 @@ class Bowing:
     def __post_init__(self) -> None:
         n = self.elements
         of_bool = isinstance(n, bool) or not isinstance(n, int)
-        if n is not None and (of_bool or not 1 <= n <= MOST_ELEMENTS):
+        if n is not None and (of_bool or not 1 <= n <= 64):
             raise InputError("elements of a beam", got=n, expected="1 to 64, or None to choose")
 
 
-#: Into which a beam is divided at most.
-MOST_ELEMENTS = 64
 Beams = Bowing | Linear
 
 
