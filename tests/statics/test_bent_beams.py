@@ -1,5 +1,8 @@
 """Beams that bend far, with the number of their elements left open: as exact as elsewhere."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -62,6 +65,23 @@ def test_a_cantilever_under_a_force_across_it_is_the_elastica(turn: float):
     shifts = np.array([0, *(m[1] for m in moved)])
     work = np.trapezoid([0, *forces], shifts)
     assert np.isclose(bent.energy, work, rtol=5e-3)
+
+
+DOCUMENT = (Path(__file__).parents[2] / "docs/under-load.md").read_text("utf-8")
+ROWS = re.findall(r"^\| ([\d.]+) rad \|(.*)\|$", DOCUMENT, re.MULTILINE)
+
+
+@pytest.mark.parametrize(("turn", "cells"), ROWS, ids=[turn for turn, _ in ROWS])
+def test_errors_are_those_of_the_documents(turn: str, cells: str):
+    F, exact = elastica(float(turn))
+    for elements, cell in zip((None, 1, 2, 4, 8), cells.split("|"), strict=True):
+        if not cell.strip():
+            continue
+        beams = rs.Bowing(elements, inner_modes=True)
+        bent = loaded(cantilever(), wrench=[0, F, 0, 0, 0, 0], beams=beams)
+        error = np.abs(bent.displacement[[0, 1, 5]] - exact).max() / np.abs(exact).max()
+        said = float(cell.replace("%", "")) * (0.01 if "%" in cell else 1.0)
+        assert np.isclose(error, said, rtol=0.1), elements
 
 
 def test_an_explicit_number_stays_and_the_advice_says_what_to_write():
