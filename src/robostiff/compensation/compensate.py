@@ -18,7 +18,7 @@ from robostiff.kinematics import JointCoordinates, Pose, Posture, actuator_names
 from robostiff.kinematics.closure.leg_forms import beyond_limits
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import Near
-from robostiff.kinematics.turn import pose_after, turn_after, turned_point
+from robostiff.kinematics.turn import pose_after, turn_after, turn_by_vector, turned_point
 from robostiff.markup import InNotebooks, number
 from robostiff.model import Actuated, Robot
 from robostiff.spatial import as_floats, check_order, check_whole
@@ -223,9 +223,7 @@ def _in_world(F: np.ndarray, pose: np.ndarray, axes: Axes, robot: Robot) -> np.n
     """Wrenches (N, r) in world axes, at wanted poses (N, 6)."""
     if axes is Axes.WORLD:
         return F
-    from scipy.spatial.transform import Rotation
-
-    R = Rotation.from_rotvec(pose[:, 3:]).as_matrix()
+    R = turn_by_vector(pose[:, 3:])
     if axes is Axes.PATH:
         R = _along_path(pose[:, :3], R[:, :, 2])
     if robot.space.size == 3:
