@@ -234,7 +234,9 @@ class KernelInputs(Recordable):
         # A chain without joints has no coordinates, (N, 0).
         takes_joints = self.joints > 0 or not chain.size
         if not (isinstance(pose, JointCoordinates) and robot.is_serial and takes_joints):
-            return numbers_of_poses(robot, pose, self.joints if self._needs_joints else 0)
+            # nothing but joint coordinates poses a serial arm
+            needs_joints = robot.is_posed_by_joints and chain.size > 0
+            return numbers_of_poses(robot, pose, self.joints if needs_joints else 0)
         expected = f"joint coordinates (N, {self.joints}), one pose a row"
         order, units = chain.coordinate_names, joint_units(chain)
         given = _rows(f"poses of {robot.name!r}", pose.values, expected, order, units, self.joints)
@@ -267,11 +269,6 @@ class KernelInputs(Recordable):
         if len(values.rows):
             rows = np.concatenate([rows, values.rows])
         return InputRows(rows, missed, loose)
-
-    @property
-    def _needs_joints(self) -> bool:
-        """Whether nothing but joint coordinates poses it."""
-        return self.subject.is_posed_by_joints and self.subject.legs[0].chain.size > 0
 
 
 def numbers_of_poses(robot: Robot | CableRobot, pose: Pose, joints: int = 0) -> np.ndarray:
