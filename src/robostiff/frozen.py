@@ -110,7 +110,7 @@ def _methods(cls: Any) -> tuple[Callable[..., Any], ...]:
 
 
 def are_equal(one: Any, other: Any) -> bool:
-    """Whether two values are equal; arrays are where all of their entries are, or are no numbers."""
+    """Whether two values are equal; arrays are where all entries are, or are no numbers."""
     if one is other:
         return True
     if hasattr(one, "shape") or hasattr(other, "shape"):

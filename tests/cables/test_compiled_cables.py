@@ -187,6 +187,27 @@ def test_derivatives_follow_the_tensions() -> None:
     )
 
 
+def test_an_attachment_near_its_exit_point_is_out_of_reach() -> None:
+    robot = rs.load("cable-4-planar")
+    at = np.array([[0.1, -0.05, 0.0], [0.1 + 1e-12, -0.05, 0.0], [1.0, 0.75, 0.0]])
+    own = rs.compile(robot, backend=ARRAYS).evaluate(at)
+    assert own.guarded.tolist() == [True, True, False]
+    assert own.status_codes.tolist() == rs.stiffness(robot, at).status_codes.tolist()
+    assert own.status_codes[0] == rs.Status.UNREACHABLE
+
+
+def test_poses_of_a_batch_without_a_compliance_are_masked() -> None:
+    """They were an error, as the documents do not say."""
+    robot = rs.load("cable-8")
+    at = np.array([[0, 0, 1, 0, 0, 0], [0.2, 0, 1, 0, 0, 0], [0, 0, 2.2, 0, 0, 0]])
+    C: Any = rs.compliance(robot, at)
+    assert C.mask[:, 0, 0].tolist() == [False, False, True]
+    K = rs.stiffness(robot, at[1]).K
+    np.testing.assert_allclose(C[1] @ K, np.eye(6), atol=1e-9)
+    with pytest.raises(rs.NoAnswerError, match="infeasible"):
+        rs.compliance(robot, at[2])
+
+
 def test_other_outputs_and_poses_without_an_answer() -> None:
     robot, at = rs.load("cable-8"), poses("cable-8", 0, 300)
     at[:5] = [0, 0, 1, 0, 0, 0]  # a symmetric pose

@@ -83,6 +83,7 @@ def test_what_installs_robostiff():
         "scipy",
         "sympy",
         "python-flint",
+        "threadpoolctl",
         "pydantic",
         "pyyaml",
         "click",

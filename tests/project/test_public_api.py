@@ -74,7 +74,7 @@ LOADED = {
     "stiffness hexapod": (small := {"click", "numpy", "pydantic", "yaml"}),
     "stiffness gough-stewart-a --json": small,
     "deflection hexapod --wrench 100,0,0,0,0,0": small,
-    "equilibrium hexapod --wrench 100,0,0,0,0,0": small,
+    "equilibrium hexapod --wrench 100,0,0,0,0,0": small | {"threadpoolctl"},
     "check 3-rpr": small | {"rich"},
     "indices hexapod": small | {"rich"},
 }

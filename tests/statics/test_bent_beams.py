@@ -1,5 +1,8 @@
 """Beams that bend far, with the number of their elements left open: as exact as elsewhere."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -64,6 +67,23 @@ def test_a_cantilever_under_a_force_across_it_is_the_elastica(turn: float):
     assert np.isclose(bent.energy, work, rtol=5e-3)
 
 
+DOCUMENT = (Path(__file__).parents[2] / "docs/under-load.md").read_text("utf-8")
+ROWS = re.findall(r"^\| ([\d.]+) rad \|(.*)\|$", DOCUMENT, re.MULTILINE)
+
+
+@pytest.mark.parametrize(("turn", "cells"), ROWS, ids=[turn for turn, _ in ROWS])
+def test_errors_are_those_of_the_documents(turn: str, cells: str):
+    F, exact = elastica(float(turn))
+    for elements, cell in zip((None, 1, 2, 4, 8), cells.split("|"), strict=True):
+        if not cell.strip():
+            continue
+        beams = rs.Bowing(elements, inner_modes=True)
+        bent = loaded(cantilever(), wrench=[0, F, 0, 0, 0, 0], beams=beams)
+        error = np.abs(bent.displacement[[0, 1, 5]] - exact).max() / np.abs(exact).max()
+        said = float(cell.replace("%", "")) * (0.01 if "%" in cell else 1.0)
+        assert np.isclose(error, said, rtol=0.1), elements
+
+
 def test_an_explicit_number_stays_and_the_advice_says_what_to_write():
     F, exact = elastica(0.8)
     one = loaded(cantilever(), wrench=[0, F, 0, 0, 0, 0], beams=rs.Bowing(1, inner_modes=True))
@@ -118,9 +138,11 @@ legs:
   - name: arm
     chain:
       - {type: revolute, name: shoulder, axis: z, role: actuated, stiffness: 50 N m/rad}
-      - {type: beam, name: upper, to: [400 mm, 0, 0], material: steel, section: {circle: {diameter: 8 mm}}}
+      - {type: beam, name: upper, to: [400 mm, 0, 0], material: steel,
+         section: {circle: {diameter: 8 mm}}}
       - {type: revolute, name: elbow, axis: z, role: actuated, stiffness: 50 N m/rad, home: 0.5 rad}
-      - {type: beam, name: fore, to: [300 mm, 0, 0], material: steel, section: {circle: {diameter: 6 mm}}}
+      - {type: beam, name: fore, to: [300 mm, 0, 0], material: steel,
+         section: {circle: {diameter: 6 mm}}}
 """
 
 

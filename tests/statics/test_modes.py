@@ -16,7 +16,14 @@ from robostiff.kinematics.turn import turn_by_vector
 from robostiff.linkage import Connection, Linkage
 from robostiff.linkage.essential import turned_round
 from robostiff.model import Mass, PlacedFreedom, PlacedLeg, PlacedMass, Snapshot, beam_link
-from robostiff.network import JointElement, Network, Node, beam_between, network_of_snapshot
+from robostiff.network import (
+    JointElement,
+    Network,
+    Node,
+    SpringElement,
+    beam_between,
+    network_of_snapshot,
+)
 from robostiff.spatial import Frame, Space
 from tests.peers.opensees import frequencies_by_opensees
 from tests.statics.robots_under_load import beam, column, joint, loaded
@@ -246,6 +253,26 @@ def test_slow_vibrations_beside_fast_ones_and_a_free_motion_are_no_free_motions(
     shapes = found.shapes()  # of one kinetic energy each, and of none together
     moved = np.column_stack([np.cumsum(shapes[:, :3], axis=1), shapes[:, -3:]])
     assert np.allclose(moved @ moved.T, np.eye(5), atol=1e-9)
+
+
+def test_a_body_vibrates_on_a_platform_that_rigid_parts_hold():
+    points = {"ground": [0, 0, 0], "platform": [1, 0, 0], "motor": [1.0, 0, 0]}
+    nodes = tuple(Node(name, np.array(point, dtype=float)) for name, point in points.items())
+    hinges = tuple(
+        JointElement(
+            f"hinge{i}", "ground", "platform", (PlacedFreedom(axis, at, 0.0, "turn", rs.Passive()),)
+        )
+        for i, (axis, at) in enumerate(
+            [(np.eye(3)[2], nodes[0].point), (np.eye(3)[1], nodes[1].point)]
+        )
+    )
+    rubber = rs.Elasticity(np.diag([1e-4, 2e-4, 5e-4, 0, 0, 0]))
+    mount = SpringElement("mount", "platform", "motor", nodes[2].point, np.eye(3), rubber)
+    held = Network("held", nodes, ("ground",), "platform", nodes[1].point, (), (mount,), hinges)
+    found = rs.modes(held, masses={"motor": 2.0})
+    exact = np.sqrt(np.array([2e3, 5e3, 1e4]) / 2.0) / TURN
+    assert np.allclose(found.frequencies, exact, rtol=1e-12, atol=0)
+    assert "the platform stays" in found[0].words
 
 
 def test_modes_of_many_poses_are_those_of_each():

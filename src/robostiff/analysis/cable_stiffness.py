@@ -116,21 +116,37 @@ class CableStiffness(StiffnessOfPoses, InNotebooks, CableAnswer):
     @property
     def compliance(self) -> np.ndarray | None:
         """Inverse of K (..., n, n) [m/N, 1/N, rad/(N m)]; None where K is singular or missing."""
-        if not np.all(self.answered) or np.any(self.rank < self.space.size):
-            return None
-        return scaled_inverse(self.K, self.placed.characteristic_length)
+        return self._inverses if np.all(self._is_regular) else None
+
+    @property
+    def _is_regular(self) -> np.ndarray:
+        return self.answered & (self.rank == self.space.size)
 
     @cached_property
-    def compliances(self) -> np.ndarray:
-        """Compliance of all poses (..., n, n); NaN where K is missing, singular or unstable."""
-        C, unstable = np.full_like(self.matrix, np.nan), self.status_codes & int(Status.UNSTABLE)
-        rows = self.answered & (self.rank == self.space.size) & (unstable == 0)
+    def _inverses(self) -> np.ndarray:
+        """Inverse of K at all poses (..., n, n); NaN where it is missing or singular."""
+        C, rows = np.full_like(self.matrix, np.nan), self._is_regular
         C[rows] = scaled_inverse(self.matrix[rows], self.characteristic_length[rows])
         return C
 
+    @property
+    def compliances(self) -> np.ndarray:
+        """Compliance of all poses (..., n, n); NaN where K is missing, singular or unstable."""
+        unstable = (self.status_codes & int(Status.UNSTABLE)) != 0
+        return np.where(unstable[..., None, None], np.nan, self._inverses)
+
     def required_compliance(self) -> np.ndarray:
-        """Compliance matrix, or an exception that says why there is none."""
+        """Compliance of all poses (..., n, n), those of a batch that have none masked.
+
+        Raises
+        ------
+        NoAnswerError
+            When a single pose has none, with the advice of its status.
+        """
         C = self.compliance
+        if C is None and self.batch_shape:
+            missing = np.broadcast_to(~self._is_regular[..., None, None], self._inverses.shape)
+            return np.ma.MaskedArray(self._inverses, missing)
         if C is None:
             self.check_answered()
             reason = Status.FREE_MOTIONS.advice[0]

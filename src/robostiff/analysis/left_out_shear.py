@@ -21,9 +21,8 @@ from robostiff.model import Telescope
 from robostiff.model.batched import names_of
 from robostiff.model.entries import with_entries
 
-_STUBBY = (
-    0.025  # of the bending of a beam by a force; a fourth of what counts if both ends are clamped
-)
+# Of the bending of a beam by a force: shear that can be a tenth where both ends are clamped.
+_STUBBY = 0.025
 
 
 def softer_by_shear(machine: Any) -> float:
@@ -36,17 +35,18 @@ def softer_by_shear(machine: Any) -> float:
     for part in _parts(machine, set()):
         if isinstance(part, Elasticity):
             C, shear = part.compliance, part.shear_left_out
-            if shear is not None and np.any(shear > _STUBBY * np.diagonal(C)[1:3]):
+            if shear is not None and _is_stubby(C, shear):
                 more = C + np.diag([0.0, *shear, 0.0, 0.0, 0.0])
                 sheared[id(part)] = replace(part, compliance=more, beam=None)
         elif isinstance(part, Telescope):
             for beam in part.beams:
                 length = beam.fixed + beam.share * part.home
                 shear = shear_compliance([BeamSegment(length, beam.material, beam.section)])
-                if beam.theory is None and shear is not None and length > 0:
-                    C = beam_compliance(length, beam.material, beam.section)
-                    if np.any(shear > _STUBBY * np.diagonal(C)[1:3]):
-                        sheared[id(beam)] = replace(beam, theory=Timoshenko())
+                is_known = beam.theory is None and shear is not None and length > 0
+                if is_known and _is_stubby(
+                    beam_compliance(length, beam.material, beam.section), shear
+                ):
+                    sheared[id(beam)] = replace(beam, theory=Timoshenko())
     if not sheared:
         return 0.0
     from scipy import linalg
@@ -67,6 +67,10 @@ def softer_by_shear(machine: Any) -> float:
         carried.T @ K_sheared @ carried, carried.T @ K @ carried, eigvals_only=True
     )
     return float(1.0 / ratios[0] - 1.0)
+
+
+def _is_stubby(C: np.ndarray, shear: Any) -> bool:
+    return bool(np.any(shear > _STUBBY * np.diagonal(C)[1:3]))
 
 
 def _parts(part: Any, seen: set[int]) -> Iterator[Any]:

@@ -110,6 +110,18 @@ def derive_chain(
         When the formula and the block form differ at random values.
     FormulaTooLargeError
         When a closed form would exceed its limit; `Steps` has no limit.
+
+    Examples
+    --------
+    Eq. (4): a planar link with a passive joint at its tip.
+
+    >>> K11, K12, K13, K22, K23, K33 = sp.symbols("K11 K12 K13 K22 K23 K33")
+    >>> K = sp.Matrix([[K11, K12, K13], [K12, K22, K23], [K13, K23, K33]])
+    >>> derivation = derive_chain(K, {"tip": [0, 0, 1]})
+    >>> derivation.K[0, 0]
+    (K11*K33 - K13**2)/K33
+    >>> derivation.stages[0].rule
+    'rotation about z at the reference point: trivial joint (19), row and column 3 vanish'
     """
     if (K0 is None) == (C is None) or joints is None:
         given = [n for n, x in (("K0", K0), ("C", C), ("joints", joints)) if x is not None]

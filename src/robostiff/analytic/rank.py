@@ -85,7 +85,7 @@ class RankFormula:
 
     @property
     def allowed(self) -> tuple[sp.Expr, ...]:
-        """Exceptions that signs of symbols and conditions allow: a positive length is never zero."""
+        """Exceptions that signs of symbols and conditions allow: a length is never zero."""
         possible = (x for x in self.exceptions if not x.is_nonzero)
         conditions = () if self.of_formula is None else self.of_formula.conditions
         return tuple(x for x in possible if x.is_Symbol or may_vanish(x, conditions))

@@ -25,6 +25,7 @@ _ENDLESS = 1e6  # that size times this stands for a tension without a limit
 # Part of the tension of a cable that others leave free, squared and plain: above the first it is
 # set to a limit, below the second it is decided by them.
 _FREE, _DECIDED = 1e-9, 1e-10
+_NO_LENGTH = 1e-6  # of the size of the robot: a shorter cable is looked at again
 _ROUNDS = 3  # in which cables are set to their limits anew, at most
 
 
@@ -96,6 +97,10 @@ def record_cables(robot: CableRobot, poses: np.ndarray, home: np.ndarray) -> Rec
         columns, list(robot.space.rows), along, arms, lengths, tensions, axial, force, arm
     )
     pivots = factors_of(K, len(rows)).d
+    # An attachment at its exit point is out of reach, which the direct form says.
+    apart = reduce(lambda a, b: a * b, (greater(x, _NO_LENGTH * length) for x in lengths))
+    if Flag.INFEASIBLE in flags:
+        flags[Flag.INFEASIBLE] = flags[Flag.INFEASIBLE] * apart
     return RecordedRobot(
         name=robot.name,
         record=record,
@@ -106,7 +111,7 @@ def record_cables(robot: CableRobot, poses: np.ndarray, home: np.ndarray) -> Rec
         reach=(),
         closure_losses=tuple(losses),
         limits=(),
-        tests=(*tests, *(greater(x, 0) for x in (*pivots, *(x for _, x in unstrained)))),
+        tests=(*tests, apart, *(greater(x, 0) for x in (*pivots, *(x for _, x in unstrained)))),
         flags=flags,
         tensions=dict(zip(robot.cable_names, tensions, strict=True)),
     )

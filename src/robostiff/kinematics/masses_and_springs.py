@@ -18,7 +18,7 @@ from robostiff.model.body_spring import BASE, PLATFORM
 
 
 def with_masses(posture: Posture) -> Snapshot:
-    """The snapshot of a posture, the masses of its legs and its platform in place, and its gravity."""
+    """The snapshot of a posture, with the masses of legs and platform in place, and gravity."""
     robot, N = posture.robot.in_floats, len(posture.pose)
     legs = list(posture.snapshot.legs)
     for places, group in posture_finder(robot).legs_alike:

@@ -12,7 +12,7 @@ from robostiff.analysis.cable_stiffness import status_of_cables
 from robostiff.elastostatics import Status
 from robostiff.frozen import field, frozen, replace
 from robostiff.model.cable import CableRobot
-from robostiff.statics.chains.beam_bowing import MOST_ELEMENTS, Bowing, Division
+from robostiff.statics.chains.beam_bowing import Bowing, Division
 from robostiff.statics.chains.legs import Legs, State
 from robostiff.statics.equations.equilibrium_path import (
     SAFE,
@@ -37,6 +37,8 @@ from robostiff.statics.loading.loaded_posture import LoadedPosture
 
 # Of the length of the robot: what is no rounding between legs and platform.
 _OPEN = 1e-9
+# Elements of a beam at most, all segments together: time grows with their cube.
+_MOST_ELEMENTS = 32
 # Elements of beams at most where no state is known that says how far they bend.
 _UNKNOWN = 8
 _Answer = TypeVar("_Answer")
@@ -110,7 +112,8 @@ class BeamCheck:
             for i in np.flatnonzero(bends > 1.0):
                 c, _, e = legs.beams[i]
                 part = legs.chains[c].owner.name, e.name
-                parts[part] = min(2 * division.of(*part), MOST_ELEMENTS)
+                if 2 * legs.parts_of_beams[i] <= _MOST_ELEMENTS:
+                    parts[part] = 2 * division.of(*part)
             finer = Division(division.least, parts)
         if finer == division:
             return True

@@ -75,7 +75,7 @@ def printed_product(expression: sp.Expr) -> PrintedProduct:
 
 
 def number_in_front(product: Any) -> tuple[sp.Expr, Any]:
-    """A fraction before a bracket that has fractions in it, and the rest; None where it has none."""
+    """A fraction before a bracket that has fractions, and the rest; None where it has none."""
     number, rest = product.as_coeff_Mul()
     terms = [term for factor in sp.Mul.make_args(rest) if factor.is_Add for term in factor.args]
     is_before = number.is_Rational and not number.is_Integer

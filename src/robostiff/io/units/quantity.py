@@ -422,21 +422,28 @@ def question(
         words += f"; in {'degrees' if unit == 'deg' else unit}?"
         if not has_unit:
             words += " numbers here are in SI units" if in_si else f" write {number:g} {unit}"
-    near = [(math.inf, "", "")]
+    near = (math.inf, "", "")
     for other in beside if number and dimension.si_unit and not (words or has_unit) else ():
-        match = _QUANTITY.fullmatch(other) if isinstance(other, str) else None
-        with contextlib.suppress(InputError):  # it has an error of its own
-            value = parse_quantity(match[0]) if match else None
-            if match and value and value.measures(dimension) and value.magnitude:
-                sizes = (value.magnitude, float(match[1]))
-                far = [abs(math.log(abs(number)) - math.log(abs(size))) for size in sizes]
-                near += [(far[0], "", ""), (far[1], match[0], match[2])]
-    *_, text, unit = min(near)
+        if isinstance(other, str):
+            at, (si, own, of) = math.log(abs(number)), _logarithms(other, dimension)
+            near = min(near, (abs(at - si), "", ""), (abs(at - own), other, of))
+    *_, text, unit = near
     if unit:
         words = f"{got} without a unit beside {text}; write {number:g} {unit}"
         words += f", or {number:g} {dimension.si_unit}"
     if words:
         warn_of_slip(f"{location(path)}: {words}")
+
+
+@functools.lru_cache(maxsize=4096)
+def _logarithms(text: str, dimension: Dimension) -> tuple[float, float, str]:
+    """Those of a quantity in SI units and in its own unit, and that unit; infinite of others."""
+    match = _QUANTITY.fullmatch(text)
+    with contextlib.suppress(InputError):  # it has an error of its own
+        value = parse_quantity(text) if match else None
+        if match and value and value.measures(dimension) and value.magnitude:
+            return math.log(abs(value.magnitude)), math.log(float(match[1])), match[2]
+    return math.inf, math.inf, ""
 
 
 # Elastic moduli [Pa]: with a unit, and as bare numbers, which are often in another unit.

@@ -8,7 +8,6 @@ from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.linalg import null_space
 
 from robostiff.elasticity import Elasticity
 from robostiff.errors import InputError
@@ -19,7 +18,7 @@ from robostiff.record import is_zero, square_root, usual_size
 from robostiff.spatial import Space, block_rotation, compliance_modes, cross, level_axes
 from robostiff.statics.chains.elements import Bending, Element, FiniteJoint, FiniteSpring
 
-# Of a compliance: shear that is rounding.
+# Of a compliance: shear that is rounding; of freedoms: one that the others have.
 _NONE = 1e-9
 # Integrals over s of products of the slopes of inner modes, and of those with the cubic of a turn;
 # of products of their third derivatives, less the means. Of the first and the third inner mode, and
@@ -168,12 +167,10 @@ class Bowing:
     def __post_init__(self) -> None:
         n = self.elements
         of_bool = isinstance(n, bool) or not isinstance(n, int)
-        if n is not None and (of_bool or not 1 <= n <= MOST_ELEMENTS):
+        if n is not None and (of_bool or not 1 <= n <= 64):
             raise InputError("elements of a beam", got=n, expected="1 to 64, or None to choose")
 
 
-#: Into which a beam is divided at most.
-MOST_ELEMENTS = 64
 Beams = Bowing | Linear
 
 
@@ -295,10 +292,13 @@ def _modes(
     if free.size and np.linalg.matrix_rank(free) + modes.any(axis=-2).sum(axis=-1).max() > len(
         free
     ):
+        from scipy.linalg import null_space
+
         # its compliance along its freedoms is of no account
         size = np.sqrt(np.diagonal(C, axis1=-2, axis2=-1).reshape(-1, len(free)).max(axis=0))
         size = np.where(size > 0, size, 1.0)[:, None]
-        W = null_space((free / size).T)
+        U, values, _ = np.linalg.svd(free / size)
+        W = U[:, np.sum(values > _NONE * values[0]) :]
         modes = size * W @ compliance_modes(W.T @ (C / size / size.T) @ W)
     free = np.broadcast_to(free, (*modes.shape[:-1], free.shape[-1]))
     V, k = np.concatenate([modes, free], axis=-1), np.ones(modes.shape[-1] + free.shape[-1])

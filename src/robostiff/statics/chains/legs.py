@@ -355,13 +355,13 @@ class Legs:
 
         Of a beam in parts no mode of the whole beam, between its ends.
         """
-        l = self.arrays.bending.l.max(axis=-1, initial=0.0) * self._parts_of_beams**2
+        l = self.arrays.bending.l.max(axis=-1, initial=0.0) * self.parts_of_beams**2
         left = before.axial + 1 / np.maximum(l, np.finfo(float).tiny)
         least = np.where(left > 0, before.axial - _OF_THE_WAY * left, -np.inf)
         return replace(after, axial=np.maximum(after.axial, least))
 
     @cached_property
-    def _parts_of_beams(self) -> np.ndarray:
+    def parts_of_beams(self) -> np.ndarray:
         """Of how many elements the beam is of which each is one (B,)."""
         beams = [(c, e.name) for c, _, e in self.beams]
         return np.array([beams.count(beam) for beam in beams], dtype=int)
@@ -374,7 +374,7 @@ class Legs:
         )
         c = (V * V * _inverse(k)[:, None]).sum(axis=-1)
         across = np.roll(c, 1, axis=-1) * np.roll(c, 2, axis=-1) * _inverse(c) ** 2
-        alone = np.tile(self._parts_of_beams, len(c) // max(len(self.beams), 1))[:, None] == 1
+        alone = np.tile(self.parts_of_beams, len(c) // max(len(self.beams), 1))[:, None] == 1
         twisted, bent = (np.where(alone, *most) ** -2.0 for most in (_TWISTED, _BENT))
         return across * twisted + np.array([0, 1, 1]) * bent
 

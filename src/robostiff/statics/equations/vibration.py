@@ -261,14 +261,14 @@ def vibrations(
             A_x, by_twist = A[alike, :m, :m], known.by_twist[block.coordinates[alike]]
             E, signs = of_unit_energy(np.swapaxes(motions, -1, -2) @ A_x @ motions)
             E = motions @ E
-            follow = (by_twist.reshape(robots, -1, m, r) @ free[:, None]).reshape(-1, m, f)
+            follow = (by_twist.reshape(robots, -1, m, r) @ free[:, None]).reshape(len(alike), m, f)
             follow -= E @ (signs[..., None] * (np.swapaxes(E, -1, -2) @ (A_x @ follow)))
-            K += (np.swapaxes(follow, -1, -2) @ A_x @ follow).reshape(robots, -1, f, f).sum(axis=1)
+            K += (np.swapaxes(follow, -1, -2) @ A_x @ follow).reshape(robots, n, f, f).sum(axis=1)
             # as many rows as it has motions, and those that are left over for the platform
             k, both = E.shape[-1], rows[alike] @ np.concatenate([E, follow], axis=-1)
             if both.shape[1] > k:
                 both = np.asarray(np.linalg.qr(both, mode="r"))
-            on_platform.append(both[:, k:, k:].reshape(robots, -1, f))
+            on_platform.append(both[:, k:, k:].reshape(robots, n * len(both[0, k:]), f))
             each = (x.reshape(robots, n, *x.shape[1:]) for x in (E, follow, signs, both[:, :k]))
             parts.append((start + np.add.outer(alike[:n] * m, np.arange(m)), *each))
         start += block.coordinates.size // robots
@@ -325,7 +325,7 @@ def _motions_of_platform(known: Linearised) -> np.ndarray:
     for g, block in enumerate(problem.blocks):
         stiff = np.diagonal(elastic_curvature(problem.legs, g), axis1=-2, axis2=-1)
         own = np.sqrt(stiff)[..., None] * (known.by_twist[block.coordinates] @ free)
-        roots.append(own.reshape(robots, -1, f))
+        roots.append(own.reshape(robots, len(own) // robots * own.shape[1], f))
     _, sizes, Vt = np.linalg.svd(np.concatenate(roots, axis=1), full_matrices=False)
     most = np.max(sizes, axis=-1, initial=0.0, keepdims=True)
     most = np.where(most > 0, most, 1.0)
