@@ -346,8 +346,7 @@ class _Commands:
     def _missing(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is missing of the targets under load (N, 6), and status codes (N,)."""
         answer, pose = self.loaded.evaluate(self._request(command), self.F), self._pose(command)
-        moved = np.zeros((len(pose), 6))
-        moved[:, list(self.robot.space.rows)] = answer.displacement
+        moved = self.robot.space.spatial(answer.displacement)
         missing = _between(pose_after(pose, moved, self.point), self.pose, self.point)
         codes = answer.status_codes
         if self.wanted is not None:  # a robot stops nearest to what is too far

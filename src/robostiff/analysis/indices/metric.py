@@ -121,9 +121,8 @@ def eigenstiffness(
     twists = eigen.directions @ inverse_root
     motions = []
     for twist in twists:
-        spatial = np.zeros(6)
-        spatial[list(result.space.rows)] = twist
-        screw = screw_of_twist(spatial, result.reference_point, float(result.length))
+        whole, length = parts.space.spatial(twist), float(result.length)
+        screw = screw_of_twist(whole, result.reference_point, length)
         motions.append(FreeMotion(twist, screw))
     return Eigenstiffness(eigen.values, twists, tuple(motions), L, parts.status)
 

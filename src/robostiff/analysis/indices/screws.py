@@ -121,21 +121,19 @@ def eigenscrews(result: Stiffness) -> Eigenscrews:
     [12198795, 20545339, 20545339]
     """
     parts = stiffness_parts(result).at_origin
-    d, length = parts.space.translations, float(result.length)
+    space, origin, length = parts.space, parts.result.reference_point, float(result.length)
     forces, moments = parts.forces_rotations_held, parts.moments_translations_free
-    wrenches, twists = [], []
+    d, wrenches, twists = space.translations, [], []
     for k, u in zip(forces.values, forces.directions, strict=True):
-        screw, force = None, _spatial_shift(u)
-        if k > 0:
-            # A wrench is a twist with its halves exchanged: moment for displacement.
-            moment = _spatial_turn(parts.K[d:, :d] @ u / k)
-            screw = _screw(parts, np.concatenate([moment, force]))
-        wrenches.append(Eigenwrench(float(k), force, screw))
+        wrench = space.spatial(np.concatenate([u, parts.K[d:, :d] @ u / (k or 1.0)]))
+        # A wrench is a twist with its halves exchanged: moment for displacement.
+        screw = screw_of_twist(np.roll(wrench, 3), origin, length, _SMALL) if k > 0 else None
+        wrenches.append(Eigenwrench(float(k), wrench[:3], screw))
     for k, w in zip(moments.values, moments.directions, strict=True):
         shift = -forces.solve((parts.K[:d, d:] @ w)[:, None])[:, 0]
-        turn = _spatial_turn(w)
-        screw = _screw(parts, np.concatenate([_spatial_shift(shift), turn]))
-        twists.append(Eigentwist(float(k), turn, screw))
+        twist = space.spatial(np.concatenate([shift, w]))
+        screw = screw_of_twist(twist, origin, length, _SMALL)
+        twists.append(Eigentwist(float(k), twist[3:], screw))
     axes = []
     for wrench, twist in product(wrenches, twists):
         f, t = wrench.screw, twist.screw
@@ -147,19 +145,6 @@ def eigenscrews(result: Stiffness) -> Eigenscrews:
             stiffness = wrench.stiffness, twist.stiffness
             axes.append(CompliantAxis(twist.direction, t.point, *stiffness))
     return Eigenscrews(tuple(wrenches), tuple(twists), tuple(axes), parts.status)
-
-
-def _screw(parts: StiffnessParts, twist: np.ndarray) -> Screw:
-    length = float(parts.result.length)
-    return screw_of_twist(twist, parts.result.reference_point, length, _SMALL)
-
-
-def _spatial_shift(u: np.ndarray) -> np.ndarray:
-    return u if len(u) == 3 else np.append(u, 0.0)
-
-
-def _spatial_turn(w: np.ndarray) -> np.ndarray:
-    return w if len(w) == 3 else np.array([0.0, 0.0, w[0]])
 
 
 _ROUNDING = 1e-10  # of coupling: what moving to the point may leave of nothing

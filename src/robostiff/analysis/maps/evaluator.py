@@ -217,13 +217,12 @@ def _of_legs(e: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
 def _actuator_forces(snapshot: Any, result: Stiffness, wrench: np.ndarray) -> np.ndarray:
     """Load on each actuator (N, actuators) [N or N m]: what its chain carries along it."""
     bent = Deflection(np.broadcast_to(wrench, (*result.batch_shape, len(wrench))), result)
-    rows, blocks, forces = list(result.space.rows), result.details().leg_blocks, []
+    blocks, forces = result.details().leg_blocks, []
     for leg, wrenches, solved in zip(snapshot.legs, bent.leg_wrenches, blocks, strict=True):
-        F = np.zeros((len(wrenches), 6))
-        F[:, rows] = wrenches.data  # no number where the load has no answer
+        F = result.space.spatial(np.ma.getdata(wrenches))  # no number where the load has no answer
         forces += [
             np.einsum("...i,...i->...", element.twist(result.origin), carried)
-            for element, carried in carried_by(leg, solved, F, rows)
+            for element, carried in carried_by(leg, solved, F, result.space)
             if isinstance(element, PlacedFreedom) and isinstance(element.role, Actuated)
         ]
     return np.stack(forces, axis=-1)
