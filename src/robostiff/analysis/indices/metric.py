@@ -119,12 +119,10 @@ def eigenstiffness(
         inverse_root = np.linalg.inv(np.linalg.cholesky(checked_metric(metric, n)))
     eigen = eigenparts(inverse_root @ parts.K @ inverse_root.T, parts.rank)
     twists = eigen.directions @ inverse_root
-    motions = []
-    for twist in twists:
-        whole, length = parts.space.spatial(twist), float(result.length)
-        screw = screw_of_twist(whole, result.reference_point, length)
-        motions.append(FreeMotion(twist, screw))
-    return Eigenstiffness(eigen.values, twists, tuple(motions), L, parts.status)
+    own = result.reference_point, float(result.length)
+    screws = (screw_of_twist(twist, *own) for twist in parts.space.spatial(twists))
+    motions = tuple(map(FreeMotion, twists, screws))
+    return Eigenstiffness(eigen.values, twists, motions, L, parts.status)
 
 
 @frozen
