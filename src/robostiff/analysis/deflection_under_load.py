@@ -17,7 +17,7 @@ from robostiff.frozen import frozen
 from robostiff.markup import InNotebooks
 from robostiff.model import Actuated, PlacedBlock, PlacedFreedom, PlacedLeg, PlacedSpring
 from robostiff.network import NodeForce, network_under_loads
-from robostiff.spatial import move_twist, move_wrench
+from robostiff.spatial import Space, move_twist, move_wrench
 
 _BALANCED = 1e-9  # part of a load that may do work on a free motion
 # Of a load and the wrenches of all legs: what they lack for equilibrium that is no rounding.
@@ -313,15 +313,14 @@ def loaded_elements(
     loads = leg_loads(answer, move_wrench(wrench, -answer.offset))
     if loads.status_codes:
         return LoadedElements(answer.status | Status(int(loads.status_codes)))
-    details, rows = answer.details(), list(answer.space.rows)
+    details = answer.details()
     energies: list[tuple[str, str, float]] = []
     reactions: list[JointReaction] = []
     actuators: list[ActuatorLoad] = []
     (branches, _), known = branches_of(placed), details.leg_blocks
     for i, (leg, own) in enumerate(zip(branches, loads.wrenches, strict=True)):
-        F_leg = np.zeros(6)
-        F_leg[rows] = own
-        for element, F in carried_by(leg, known[i] if i < len(known) else (), F_leg, rows):
+        inside, F_leg = known[i] if i < len(known) else (), answer.space.spatial(own)
+        for element, F in carried_by(leg, inside, F_leg, answer.space):
             F_here = move_wrench(F, element.point - answer.origin)
             if isinstance(element, PlacedSpring):
                 R = element.rotation.T
@@ -357,12 +356,9 @@ def by_share(each: Iterable[tuple[str, str, float]]) -> tuple[PartShare, ...]:
 
 
 def carried_by(
-    leg: PlacedLeg, solved: Sequence[BlockCompliance], F_leg: np.ndarray, rows: list[int]
+    leg: PlacedLeg, solved: Sequence[BlockCompliance], F_leg: np.ndarray, space: Space
 ) -> Iterator[tuple[PlacedFreedom | PlacedSpring, np.ndarray]]:
-    """Elements of a leg, and the wrench (..., 6) of each: in a block, what its branch carries.
-
-    `rows` are those of the space of the robot, among the six.
-    """
+    """Elements of a leg, and the wrench (..., 6) of each: in a block, what its branch carries."""
     blocks = iter(solved)
     for element in leg.elements:
         if not isinstance(element, PlacedBlock):
@@ -370,10 +366,9 @@ def carried_by(
             continue
         block = next(blocks)
         for i, (branch, inner) in enumerate(zip(element.branches, block.inner, strict=True)):
-            share = block.shares[..., i, :, :]
-            F_branch = np.zeros_like(F_leg)
-            F_branch[..., rows] = np.einsum("...ij,...j->...i", share, F_leg[..., rows])
-            yield from carried_by(branch, inner, F_branch, rows)
+            share, F = block.shares[..., i, :, :], F_leg[..., list(space.rows)]
+            F_branch = space.spatial(np.einsum("...ij,...j->...i", share, F))
+            yield from carried_by(branch, inner, F_branch, space)
 
 
 @frozen

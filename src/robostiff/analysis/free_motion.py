@@ -82,9 +82,8 @@ def free_motions_in_words(
     f, n = basis.shape
     if f == 0:
         return ()
-    rows = list(Space.of_size(n).rows)
-    scaled = np.zeros((f, 6))
-    scaled[:, rows] = basis
+    space = Space.of_size(n)
+    scaled = space.spatial(basis)
     scaled[:, 3:] *= length
     scaled = np.linalg.svd(scaled, full_matrices=False)[2]
     # Unit translations of the space, and twists whose rotations are independent.
@@ -106,7 +105,7 @@ def free_motions_in_words(
         if screw.is_rotation and common is not None:
             screw = Screw(screw.axis, reference_point + common, screw.pitch)
         size = 1.0 if screw.is_translation else np.linalg.norm(twist[3:])
-        own = twist[rows] / size
+        own = twist[list(space.rows)] / size
         own[np.abs(own) < _ROUNDING * np.max(np.abs(own))] = 0.0
         readable.append(FreeMotion(own, screw))
     return tuple(readable)

@@ -47,14 +47,9 @@ class ParameterValues(Generic[OfSymbols]):
 
         Rows (parameters, N) of an array are taken as they are.
         """
-        if isinstance(given, np.ndarray):
-            expected = f"floats ({len(robot.symbols)}, {count}), a row a parameter"
-            shape = (len(robot.symbols), count)
-            rows = as_floats("parameters", given, expected, None, shape)
-            return cls(robot, rows)._checked()
         names = [symbol.name for symbol in robot.symbols]
-        given = given or {}
-        for name in given:
+        by_name = {} if isinstance(given, np.ndarray) else given or {}
+        for name in by_name:
             if name not in names:
                 raise InputError(
                     f"parameter of {robot.name!r}",
@@ -62,22 +57,23 @@ class ParameterValues(Generic[OfSymbols]):
                     expected=", ".join(names) or "none, as it was compiled without parameters",
                     hint=f'write rs.compile(robot, parameters=("{name}",))',
                 )
-        rows = np.empty((len(names), count))
-        for row, name in zip(rows, names, strict=True):
-            words = f"a finite number, or {count} of them"
-            value = as_floats(f"parameter {name}", given.get(name, robot.nominal[name]), words)
-            if value.shape not in {(), (count,)}:
-                raise InputError(
-                    f"parameter {name}", got=Words(f"shape {value.shape}"), expected=words
+        rows, words = np.empty((len(names), count)), f"a finite number, or {count} of them"
+        if isinstance(given, np.ndarray):
+            expected = f"floats ({len(names)}, {count}), a row a parameter"
+            rows = as_floats("parameters", given, expected, None, rows.shape)
+        else:
+            for row, name in zip(rows, names, strict=True):
+                value = as_floats(
+                    f"parameter {name}", by_name.get(name, robot.nominal[name]), words
                 )
-            row[:] = value
-        return cls(robot, rows)._checked() if names else cls(robot, rows)
-
-    def _checked(self) -> ParameterValues[OfSymbols]:
-        error = self.robot.error_at(self.rows)
+                if value.shape not in {(), (count,)}:
+                    got = Words(f"shape {value.shape}")
+                    raise InputError(f"parameter {name}", got=got, expected=words)
+                row[:] = value
+        error = robot.error_at(rows) if names else None
         if error is not None:
             raise error
-        return self
+        return cls(robot, rows)
 
     def groups(self, chosen: np.ndarray) -> Iterator[tuple[OfSymbols, np.ndarray]]:
         """A robot of numbers for each set of values among chosen poses, and its poses."""
@@ -234,7 +230,9 @@ class KernelInputs(Recordable):
         # A chain without joints has no coordinates, (N, 0).
         takes_joints = self.joints > 0 or not chain.size
         if not (isinstance(pose, JointCoordinates) and robot.is_serial and takes_joints):
-            return numbers_of_poses(robot, pose, self.joints if self._needs_joints else 0)
+            # nothing but joint coordinates poses a serial arm
+            needs_joints = robot.is_posed_by_joints and chain.size > 0
+            return numbers_of_poses(robot, pose, self.joints if needs_joints else 0)
         expected = f"joint coordinates (N, {self.joints}), one pose a row"
         order, units = chain.coordinate_names, joint_units(chain)
         given = _rows(f"poses of {robot.name!r}", pose.values, expected, order, units, self.joints)
@@ -267,11 +265,6 @@ class KernelInputs(Recordable):
         if len(values.rows):
             rows = np.concatenate([rows, values.rows])
         return InputRows(rows, missed, loose)
-
-    @property
-    def _needs_joints(self) -> bool:
-        """Whether nothing but joint coordinates poses it."""
-        return self.subject.is_posed_by_joints and self.subject.legs[0].chain.size > 0
 
 
 def numbers_of_poses(robot: Robot | CableRobot, pose: Pose, joints: int = 0) -> np.ndarray:

@@ -29,11 +29,7 @@ def softer_by_shear(machine: Any) -> float:
     """Largest relative compliance that shear left out of beams would add at home.
 
     ``max over F of F^T (C' - C) F / F^T C F``, C' with shear in these beams. Zero where no beam is
-    stubby, and where the machine has no stiffness at home.
-
-    Parameters
-    ----------
-    machine : Robot or another machine of numbers
+    stubby, and where the machine of numbers has no stiffness at home.
     """
     sheared: dict[int, Any] = {}
     for part in _parts(machine, set()):

@@ -55,15 +55,7 @@ def _(machine: Network, pose: Any, method: Form, near: Near, tolerance: Toleranc
 
 
 class ConfigurationsOfLinkage(Question):
-    """Configurations of a linkage at values of its driven joints.
-
-    Parameters
-    ----------
-    driven : DrivenLinkage
-    given : (..., n) array
-        Coordinates of the drives [m, rad].
-    tolerance : Tolerance
-    """
+    """Configurations of a linkage at coordinates of its drives (..., n) [m, rad]."""
 
     driven: DrivenLinkage
     has_legs: ClassVar[bool] = False

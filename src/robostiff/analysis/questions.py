@@ -94,27 +94,14 @@ def differences(
 
 
 class Question(ABC):
-    """Poses of a machine at which its stiffness is asked for, and what was found out there.
+    """Poses of a machine at which its stiffness is asked for, and what was found out there."""
 
-    Parameters
-    ----------
-    name : str
-        Of the machine.
-    space : Space
-    method : Form or StructuralAnalysis
-    tolerance : Tolerance
-    batch : tuple of int
-        Shape of the batch of poses.
-    numbers : (..., n) array
-        What each pose is given by [m, rad]; kept one pose a row.
-    """
-
-    name: str
+    name: str  # of the machine
     space: Space
     method: Form | StructuralAnalysis
     tolerance: Tolerance
-    rows: np.ndarray
-    numbers: np.ndarray
+    rows: np.ndarray  # numbers of the poses, of the shape of their batch
+    numbers: np.ndarray  # (N, n): what each pose is given by [m, rad]
     asked: tuple[Any, ...]  # of which machine, and where: what an answer differs by
     #: Whether the machine has legs, each of which has forms of K_C; others are solved as a whole.
     has_legs: ClassVar[bool] = True

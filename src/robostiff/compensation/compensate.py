@@ -18,7 +18,7 @@ from robostiff.kinematics import JointCoordinates, Pose, Posture, actuator_names
 from robostiff.kinematics.closure.leg_forms import beyond_limits
 from robostiff.kinematics.machine_pose import actuator_places
 from robostiff.kinematics.pose import Near
-from robostiff.kinematics.turn import pose_after, turn_after, turned_point
+from robostiff.kinematics.turn import pose_after, turn_after, turn_by_vector, turned_point
 from robostiff.markup import InNotebooks, number
 from robostiff.model import Actuated, Robot
 from robostiff.spatial import as_floats, check_order, check_whole
@@ -223,15 +223,11 @@ def _in_world(F: np.ndarray, pose: np.ndarray, axes: Axes, robot: Robot) -> np.n
     """Wrenches (N, r) in world axes, at wanted poses (N, 6)."""
     if axes is Axes.WORLD:
         return F
-    from scipy.spatial.transform import Rotation
-
-    R = Rotation.from_rotvec(pose[:, 3:]).as_matrix()
+    R = turn_by_vector(pose[:, 3:])
     if axes is Axes.PATH:
         R = _along_path(pose[:, :3], R[:, :, 2])
-    if robot.space.size == 3:
-        turned = np.einsum("nij,nj->ni", R[:, :2, :2], F[:, :2])
-        return np.column_stack([turned, F[:, 2]])
-    return np.concatenate([np.einsum("nij,nj->ni", R, part) for part in (F[:, :3], F[:, 3:])], 1)
+    turned = np.einsum("nij,nkj->nki", R, robot.space.spatial(F).reshape(-1, 2, 3))
+    return turned.reshape(-1, 6)[:, list(robot.space.rows)]
 
 
 def _along_path(points: np.ndarray, z: np.ndarray) -> np.ndarray:
@@ -265,14 +261,9 @@ class _Commands:
     F: np.ndarray  # (N, r), world axes
 
     @property
-    def by_joints(self) -> bool:
-        """Whether a command is joint coordinates."""
-        return self.robot.is_posed_by_joints
-
-    @property
     def followed(self) -> list[int]:
         """What can be corrected: all that an arm misses, else the free coordinates."""
-        return list(range(6)) if self.by_joints else self.robot.coordinate_places
+        return list(range(6)) if self.robot.is_posed_by_joints else self.robot.coordinate_places
 
     @property
     def point(self) -> np.ndarray:
@@ -282,7 +273,7 @@ class _Commands:
     @property
     def start(self) -> np.ndarray:
         """Commands (N, n) whose poses without load are those wanted."""
-        if self.by_joints and self.wanted is not None:
+        if self.robot.is_posed_by_joints and self.wanted is not None:
             return self.wanted.coordinates[0]
         return self.pose[:, self.robot.coordinate_places]
 
@@ -337,7 +328,7 @@ class _Commands:
 
     def _request(self, command: np.ndarray) -> np.ndarray | JointCoordinates:
         """A command as questions take it."""
-        return JointCoordinates(command) if self.by_joints else command
+        return JointCoordinates(command) if self.robot.is_posed_by_joints else command
 
     def _pose(self, command: np.ndarray) -> np.ndarray:
         """Poses (N, 6) without load."""
@@ -348,8 +339,7 @@ class _Commands:
     def _missing(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is missing of the targets under load (N, 6), and status codes (N,)."""
         answer, pose = self.loaded.evaluate(self._request(command), self.F), self._pose(command)
-        moved = np.zeros((len(pose), 6))
-        moved[:, list(self.robot.space.rows)] = answer.displacement
+        moved = self.robot.space.spatial(answer.displacement)
         missing = _between(pose_after(pose, moved, self.point), self.pose, self.point)
         codes = answer.status_codes
         if self.wanted is not None:  # a robot stops nearest to what is too far
@@ -361,7 +351,7 @@ class _Commands:
         """Commands whose unloaded poses are further by a shift and a rotation (N, 6)."""
         known = np.asarray(np.isfinite(missing).all(axis=1))
         step = np.where(known[:, None], missing, 0.0)
-        if not self.by_joints and command.shape[1] == 6:
+        if not self.robot.is_posed_by_joints and command.shape[1] == 6:
             moved = pose_after(self._pose(command), step, self.point)
         else:
             moved = command + np.einsum("nij,nj->ni", self._inverse_rates, step[:, self.followed])
@@ -371,7 +361,9 @@ class _Commands:
         """Commands at the target less its deviation, rotations by R R_loaded^T R."""
         aim = pose_after(self.pose, missing, self.point)
         command = self._moved(start, missing)
-        for _ in range(Exact.steps if self.by_joints else 0):  # joints that lead there
+        for _ in range(
+            Exact.steps if self.robot.is_posed_by_joints else 0
+        ):  # joints that lead there
             step = _between(self._pose(command), aim, self.point)
             command = self._moved(command, step)
             largest = np.nanmax(np.abs(step), initial=0.0)
@@ -386,7 +378,7 @@ class _Commands:
         Raises NoAnswerError where a joint of an arm is passive: its coordinate is no command.
         """
         roles = self.robot.legs[0].chain.roles
-        if self.by_joints and not all(isinstance(role, Actuated) for role in roles):
+        if self.robot.is_posed_by_joints and not all(isinstance(role, Actuated) for role in roles):
             raise NoAnswerError(
                 f"no commands of {self.robot.name!r}: it has passive or locked joints, whose "
                 "coordinates are no commands"

@@ -32,26 +32,15 @@ _EULER = re.compile(r"(?:[xyz]{3}|[XYZ]{3})\Z")
 
 @frozen
 class ProgramFile:
-    """A path as a file has it.
-
-    Attributes
-    ----------
-    robot : Robot
-    table : CsvTable
-    angles : str or None
-        Order of the Euler angles rx, ry, rz: ``xyz`` about axes that stay, ``XYZ`` about axes that
-        move along; None for a rotation vector.
-    poses : (N, n) array or JointCoordinates
-        Free coordinates of the platform [m, rad], or joints.
-    wrenches : (N, r) array
-        [N, N m].
-    """
+    """A path as a file has it."""
 
     robot: Robot
     table: CsvTable
+    #: order of the Euler angles rx, ry, rz: ``xyz`` about axes that stay, ``XYZ`` about axes that
+    #: move along; None for a rotation vector
     angles: str | None
-    poses: np.ndarray | JointCoordinates
-    wrenches: np.ndarray
+    poses: np.ndarray | JointCoordinates  #: (N, n): free coordinates [m, rad], or joints
+    wrenches: np.ndarray  #: (N, r) [N, N m]
 
     def with_commands(self, found: Compensation) -> list[str]:
         """The lines with commands behind: what was in the file stays as it was.

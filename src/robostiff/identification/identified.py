@@ -69,16 +69,9 @@ class CrossValidation:
 
 @frozen(eq=False, repr=False)
 class Identified(InNotebooks):
-    """What `identify` found.
+    """What `identify` found."""
 
-    Attributes
-    ----------
-    model : ReadingModel
-        Readings as functions of the unknowns.
-    fit : Fit
-    """
-
-    model: ReadingModel
+    model: ReadingModel  #: readings as functions of the unknowns
     fit: Fit
 
     @property

@@ -60,12 +60,8 @@ def known_frames(
 ) -> tuple[np.ndarray | None, np.ndarray | None, np.ndarray, tuple[int, ...]]:
     """Place of the instrument (6,), markers (K, 3), their turns (K, 3, 3), and unknown turns.
 
-    None is what is to be found. Readings of drives alone need no frames.
-
-    Raises
-    ------
-    InputError
-        When a marker has no place, or readings do not tell where it is.
+    None is what is to be found. Readings of drives alone need no frames. Raises InputError when a
+    marker has no place, or readings do not tell where it is.
     """
     known = frames if isinstance(frames, KnownFrames) else KnownFrames(None, None)
     if measured.of_drives.all():
@@ -284,12 +280,8 @@ def _model_of(
 ) -> tuple[ReadingModel, np.ndarray]:
     """The model of a campaign, and where the search begins (n,).
 
-    Displacements alone, with lengths known, are taken in proportion to loads.
-
-    Raises
-    ------
-    InputError
-        When frames, postures or readings do not fit the robot.
+    Displacements alone, with lengths known, are taken in proportion to loads. Raises InputError
+    when frames, postures or readings do not fit the robot.
     """
     if gravity is not None:
         gravity = gravity_vector("gravity", gravity)  # small loads take none

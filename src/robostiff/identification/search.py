@@ -190,21 +190,11 @@ def _gauss_newton(
     low: np.ndarray,
     high: np.ndarray,
 ) -> tuple[np.ndarray, bool]:
-    """Steps of Gauss and Newton while they shrink, ``min |r + J dz|`` each.
+    """Steps of Gauss and Newton while they shrink, ``min |r + J dz|`` each, from z (n,) on.
 
-    Parameters
-    ----------
-    at : function
-        From z (n,) to residuals (M,) over their standard deviations, and rates (M, n).
-    z, low, high : (n,) array
-        Start and bounds [SI].
-
-    Returns
-    -------
-    z : (n,) array
-        The last before a step that leaves the bounds, or does not shrink.
-    converged : bool
-        Whether the last step was rounding.
+    From z follow residuals r (M,) over their standard deviations, and rates J (M, n), by `at`. The
+    last z before a step that leaves the bounds (n,), or does not shrink, and whether that step is
+    rounding.
     """
     before = np.inf
     for _ in range(12):

@@ -88,20 +88,10 @@ def with_unknowns(
 ) -> tuple[Robot, tuple[Unknown, ...]]:
     """The robot with symbols for what is to be found, and what that is.
 
-    Parameters
-    ----------
-    robot : Robot
-    patterns, fixed : tuple of str
-        Names, which may have ``*``, and those of them that keep their values.
-    shared : bool
-        Whether a pattern is one number for all springs that fit it.
-    by_joints : bool
-        Whether postures are known in joints.
+    Patterns are names, which may have ``*``; those that are fixed keep their values. A shared one
+    is one number for all springs that fit it. Postures are known in joints, or as poses.
 
-    Raises
-    ------
-    InputError
-        When a name fits nothing, or lengths are asked for where poses are given.
+    Raises InputError when a name fits nothing, or lengths are asked for where poses are given.
     """
     candidates = {pair[0].name: pair for pair in _candidates(robot.numeric)}
     symbols = {str(symbol): symbol for symbol in robot.symbols}
@@ -347,18 +337,11 @@ class Identifiability:
 def identifiability(
     J: np.ndarray, unknowns: Sequence[Unknown], read: float = 0.0
 ) -> Identifiability:
-    """What readings tell of the unknowns, by their rates.
+    """What readings tell of the unknowns, by their rates J (M, n) over standard deviations.
 
     Columns of rates are scaled to length 1. A combination of them that vanishes is one that no
-    reading sees: one of its members is fixed for each, lengths and angles before frames.
-
-    Parameters
-    ----------
-    J : (M, n) array
-        Rates of readings over their standard deviations.
-    unknowns : sequence of Unknown
-    read : float
-        Norm of the readings over their standard deviations, beside which rates may be rounding.
+    reading sees: one of its members is fixed for each, lengths and angles before frames. Beside
+    `read`, the norm of the readings over their standard deviations, rates may be rounding.
 
     References
     ----------

@@ -35,22 +35,10 @@ def write_values(
 
     Of a robot description this is its side file: a joint whose stiffness is that of a pattern gets
     an entry of its own. What is written is read again, and compared with what was found, before it
-    gets its name.
+    gets its name. `identified` has values and comments behind them, `robot` these values; `source`
+    is the file that is changed, or a robot description for the side file beside it.
 
-    Parameters
-    ----------
-    identified : mapping of Unknown to (float, str)
-        Values, and comments behind them.
-    robot : Robot
-        With these values.
-    path, source : path
-        The new file, and the one that is changed; a robot description stands for the side file
-        beside it.
-
-    Raises
-    ------
-    InputError
-        When a value has no place of its own in the file.
+    Raises InputError when a value has no place of its own in the file.
     """
     is_document = Path(source).suffix.lower() in _DOCUMENTS
     document = read_document(source) if is_document else read_side(Path(source))

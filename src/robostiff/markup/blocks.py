@@ -68,20 +68,11 @@ class Facts:
 
 @frozen
 class Table:
-    """A table; the first cell of each row names it.
+    """A table; the first cell of each row names it."""
 
-    Attributes
-    ----------
-    header : sequence of str
-        Names of the columns; empty for a list that its title explains.
-    rows : sequence of rows of str or Number
-    title : str
-        What it is of.
-    """
-
-    header: Sequence[str]
+    header: Sequence[str]  #: names of the columns; empty for a list that its title explains
     rows: Sequence[Sequence[Cell]]
-    title: str = ""
+    title: str = ""  #: what it is of
 
     @property
     def is_long(self) -> bool:
@@ -114,19 +105,10 @@ COMPLIANCE_UNITS = BlockUnits("m/N", "rad/N", "rad/(N m)")
 
 @frozen
 class LabelledMatrix:
-    """A symmetric, semidefinite matrix between twists and wrenches.
-
-    Attributes
-    ----------
-    symbol : str
-    values : (n, n) array
-        What is rounding beside its row and column is shown as 0.
-    rows, columns : sequences of n str
-    units : BlockUnits
-    """
+    """A symmetric, semidefinite matrix between twists and wrenches."""
 
     symbol: str
-    values: np.ndarray
+    values: np.ndarray  #: (n, n); what is rounding beside its row and column is shown as 0
     rows: Sequence[str]
     columns: Sequence[str]
     units: BlockUnits
@@ -210,35 +192,17 @@ def inner_blocks(block: Block) -> tuple[Block, ...]:
 
 @frozen
 class Page:
-    """What is said of a result, in every format.
+    """What is said of a result, in every format."""
 
-    Attributes
-    ----------
-    name : str
-        Of the robot.
-    place : str
-        What follows the name in the first line, such as ``, pose [...] (m, rad)``.
-    status : Status, or None
-        What happened; None where nothing is computed.
-    blocks : sequence of blocks
-        Those that are None are left out.
-    advice : tuple of str
-    data : mapping of str to values
-        All of it for programs, with what nobody would read.
-    before : str
-        What stands before the name.
-    posture : str
-        A second line, on the coordinates of joints.
-    """
-
-    name: str
-    place: str = ""
-    status: object = None
-    blocks: Sequence[Block | None] = ()
+    name: str  #: of the robot
+    place: str = ""  #: what follows the name in the first line, such as ``, pose [...] (m, rad)``
+    status: object = None  #: what happened; None where nothing is computed
+    blocks: Sequence[Block | None] = ()  #: those that are None are left out
     advice: Sequence[str] = ()
+    #: all of it for programs, with what nobody would read
     data: Mapping[str, Any] = field(default_factory=dict)
-    before: str = ""
-    posture: str = ""
+    before: str = ""  #: what stands before the name
+    posture: str = ""  #: a second line, on the coordinates of joints
 
 
 def page_text(page: Page) -> str:

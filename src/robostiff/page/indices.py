@@ -50,10 +50,9 @@ def _blocks(indices: StiffnessIndices) -> list[Block | None]:
             # of a wrench a rotation is a pitch of zero
             words = f"force {line}" if screw.is_rotation else f"wrench {line}{pitch}"
         wrenches.append(_entry(wrench.stiffness, "N/m", words))
-    motions = [FreeMotion(np.zeros(6), twist.screw) for twist in screws.twists]
     twists = [
-        _entry(twist.stiffness, "N m/rad", str(motion))
-        for twist, motion in zip(screws.twists, motions, strict=True)
+        _entry(twist.stiffness, "N m/rad", str(FreeMotion(np.zeros(6), twist.screw)))
+        for twist in screws.twists
     ]
     along = [
         [

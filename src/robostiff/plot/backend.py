@@ -68,10 +68,7 @@ class Matplotlib:
     def draw(self, picture: Picture) -> Axes:
         """Draw a picture.
 
-        Raises
-        ------
-        InputError
-            When Matplotlib is missing, or the axes given do not suit the picture.
+        Raises InputError when Matplotlib is missing, or the axes given do not suit the picture.
         """
         with needs_extra("plots", "plot"):
             import matplotlib as mpl
@@ -97,13 +94,7 @@ class Matplotlib:
             return canvas.finish(kinds[type(picture)](shown, canvas))
 
     def svg(self, picture: Picture, *, letters: bool = False) -> str:
-        """A picture as SVG, with letters as text or as paths, without a date.
-
-        Raises
-        ------
-        InputError
-            As `draw`.
-        """
+        """A picture as SVG, with letters as text or as paths, without a date."""
         figure: Any = self.draw(picture).figure
         import matplotlib as mpl
 
@@ -129,13 +120,7 @@ class Plotly:
     theme: Theme = Theme.LIGHT
 
     def draw(self, picture: Picture) -> Figure:
-        """Draw a scene.
-
-        Raises
-        ------
-        InputError
-            When Plotly is missing, or the picture is a chart.
-        """
+        """Draw a scene; InputError when Plotly is missing, or the picture is a chart."""
         return plotly_figure(picture, self.theme.palette)
 
 

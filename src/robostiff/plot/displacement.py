@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -106,10 +106,3 @@ def _along(
             body = ends[0]
         body = moved[prefix + element.name] = known.get(prefix + element.name, body)
     return body
-
-
-def spatial(values: np.ndarray, rows: Sequence[int]) -> np.ndarray:
-    """A twist or a wrench (6,) of its values in some rows."""
-    whole = np.zeros(6)
-    whole[list(rows)] = values
-    return whole

@@ -12,7 +12,7 @@ from robostiff.elastostatics import Status
 from robostiff.errors import NoAnswerError
 from robostiff.frozen import frozen, replace
 from robostiff.markup import prefixed, quantity, short
-from robostiff.plot.displacement import motion_under, spatial
+from robostiff.plot.displacement import motion_under
 from robostiff.plot.outline import outline_of
 from robostiff.plot.picture import Item, Paint, PlainColour
 from robostiff.plot.posed_robot import moved_cables
@@ -102,7 +102,7 @@ def layers_of(
         else:
             sketch = replace(sketch, motions=motion_under(answer.stiffness.placed(), answer))
         sketch = sketch.exaggerated(exaggeration)
-    is_flat, F = result.space is Space.PLANAR, spatial(wrench, result.space.rows)
+    is_flat, F = result.space is Space.PLANAR, result.space.spatial(wrench)
     drawn = {
         "robot": sketch.parts,
         "names of joints": sketch.names,

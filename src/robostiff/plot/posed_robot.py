@@ -18,14 +18,7 @@ from robostiff.model import Snapshot
 from robostiff.model.cable import CableRobot
 from robostiff.network import Network
 from robostiff.plot.backend import PAPER, Drawn, PlotBackend, drawn_by
-from robostiff.plot.displacement import (
-    PLATFORM,
-    BodyMotion,
-    Motions,
-    finite_motions,
-    motion_under,
-    spatial,
-)
+from robostiff.plot.displacement import PLATFORM, BodyMotion, Motions, finite_motions, motion_under
 from robostiff.plot.outline import Outline, of_cables, outline_of
 from robostiff.plot.picture import Category, Item, LineWeight, Path, PlainColour, Scene
 from robostiff.plot.sketch import (
@@ -162,7 +155,7 @@ def picture_of_posed(
         motions, parts = motion_of(cast("Snapshot | Network", posed), bent), bent.parts
         F, point = bent.wrench, bent.stiffness.reference_point
     sketch = loaded_sketch(outline, motions, parts, colouring).exaggerated(exaggeration)
-    load = point, spatial(F, Space.of_size(len(F)).rows)
+    load = point, Space.of_size(len(F)).spatial(F)
     notes = (*notes, *exaggeration_note(sketch.scale))
     return sketch.scene(posed.name, load, notes=notes)
 
@@ -171,7 +164,7 @@ def moved_cables(response: CableResponse) -> tuple[Motions, Outline]:
     """Motion of the platform under a load that is carried, and the cables that are taut there."""
     tensions = response.tensions  # raises with the reason where the load is not carried
     placed, moved = response.before.placed, cast("np.ndarray", response.displacement)
-    d = spatial(moved, response.before.space.rows)
+    d = response.before.space.spatial(moved)
     R = matrix_of_rotation(d[3:])
     p = placed.reference_point
     motions = {PLATFORM: BodyMotion(R - np.eye(3), d[:3] + p - R @ p)}
@@ -266,7 +259,7 @@ def equilibrium(
     sketch = sketch.exaggerated(exaggeration, is_finite=True)
     notes = exaggeration_note(sketch.scale)
     notes += () if result.stable else ("the robot does not stay there",)
-    load = problem.point, spatial(result.wrench, result.space.rows)
+    load = problem.point, result.space.spatial(result.wrench)
     more: list[Item] = []  # springs between bodies as coils, their ends displaced as the bodies are
     springs = posed.springs if isinstance(posed, Snapshot) else ()
     for unloaded, loaded in zip(springs, result.springs if springs else (), strict=True):

@@ -60,14 +60,7 @@ _LONGEST = 120
 class TitleBlock:
     """What a report is filed under; lines that are left empty are not printed.
 
-    Attributes
-    ----------
-    project, author, date, revision : str
-
-    Raises
-    ------
-    InputError
-        When a line is no text, or longer than a line.
+    Raises InputError when one is no text, or longer than a line.
     """
 
     project: str = ""
@@ -220,21 +213,13 @@ def report_contents(
     described_by: DescribedBy | None = None,
     other: Robot | Snapshot | Network | None = None,
 ) -> ReportContents:
-    """Compute the results of a report.
+    """Compute the results of a report, with arguments as those of `write_report`.
 
-    Parameters
-    ----------
-    robot : Robot, Snapshot, Network, Linkage or CableRobot
-        Symbols have their nominal values in all but the derivation.
-    pose, wrench, at, near, found, finite, title_block, described_by, other
-        As of `write_report`.
-    symbolic : Robot, optional
-        The same robot with symbols, for its formula; `robot` itself when left out.
+    Symbols have their nominal values in all but the derivation; `symbolic` is the same robot with
+    symbols, for its formula, and `robot` itself when left out.
 
-    Raises
-    ------
-    InputError
-        When an argument does not fit, several poses are given, or the map is of another robot.
+    Raises InputError when an argument does not fit, several poses are given, or the map is of
+    another robot.
     """
     base: dict[str, Any] = {"title_block": title_block, "described_by": described_by}
     place: Any = pose

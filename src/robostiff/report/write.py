@@ -221,10 +221,7 @@ def report_page(contents: ReportContents) -> Page:
 def report_html(contents: ReportContents) -> str:
     """A report as one HTML page that contains its style, script and figures.
 
-    Raises
-    ------
-    InputError
-        When Plotly or Matplotlib is missing.
+    Raises InputError when Plotly or Matplotlib is missing.
     """
     page = report_page(contents)
     lines, status = contents.title_block.lines, contents.status
@@ -300,10 +297,7 @@ _PREAMBLE = """\
 def report_typst(contents: ReportContents) -> str:
     """A report as the source of a Typst document; its figures are inside.
 
-    Raises
-    ------
-    InputError
-        When Matplotlib is missing.
+    Raises InputError when Matplotlib is missing.
     """
     page, lines = report_page(contents), contents.title_block.lines
     written = [
@@ -320,13 +314,7 @@ def report_typst(contents: ReportContents) -> str:
 
 
 def report_pdf(contents: ReportContents) -> bytes:
-    """A report as a PDF.
-
-    Raises
-    ------
-    InputError
-        When Typst or Matplotlib is missing.
-    """
+    """A report as a PDF; InputError when Typst or Matplotlib is missing."""
     return typst_pdf(report_typst(contents))
 
 
@@ -401,13 +389,7 @@ def write_report(
 
 
 def save_report(contents: ReportContents, *paths: str | Path) -> None:
-    """Write a report whose contents are computed; to all files or, if one is refused, to none.
-
-    Raises
-    ------
-    InputError
-        As `write_report`.
-    """
+    """Write a report whose contents are computed; to all files or, if one is refused, to none."""
     checked = list(map(report_path, paths))
     written = [
         report_pdf(contents) if path.suffix.lower() == _PAPER else report_html(contents).encode()
@@ -421,10 +403,7 @@ def save_report(contents: ReportContents, *paths: str | Path) -> None:
 def report_path(path: str | Path) -> Path:
     """The path of a report, checked before anything is computed.
 
-    Raises
-    ------
-    InputError
-        When it ends in neither .html nor .pdf, is a directory, or lies in none.
+    Raises InputError when it ends in neither .html nor .pdf, is a directory, or lies in none.
     """
     path = Path(path)
     if path.suffix.lower() not in {*_PAGES, _PAPER}:

@@ -76,6 +76,12 @@ class Space(Enum):
         """Names of the load coordinates [N, N m]."""
         return tuple(("Fx", "Fy", "Fz", "Mx", "My", "Mz")[row] for row in self.value)
 
+    def spatial(self, values: np.ndarray) -> np.ndarray:
+        """All six coordinates (..., 6) of a twist or a wrench (..., n); zero for those it lacks."""
+        whole = np.zeros((*values.shape[:-1], 6))
+        whole[..., list(self.value)] = values
+        return whole
+
     def without_rounding(self, twist: np.ndarray, length: float = 1.0) -> np.ndarray:
         """A twist (n,) [m, rad] with zero for what is rounding, rotations times a length [m]."""
         shifts = np.arange(self.size) < self.translations

@@ -46,27 +46,15 @@ def checked_metric(metric: ArrayLike, size: int) -> np.ndarray:
 
 @frozen
 class Eigenstiffness:
-    """Eigenvalues of K in a metric, and the motions that they belong to.
-
-    Attributes
-    ----------
-    values : (n,) array
-        Ascending [N/m]; exactly zero for free motions.
-    twists : (n, n) array
-        Rows; of unit size in the metric, and conjugate to one another in it and in K.
-    motions : tuple of FreeMotion
-        The same in words; those with a value of zero are free.
-    length : float or None
-        The characteristic length [m]; None where a metric was given.
-    status : Status
-    """
+    """Eigenvalues of K in a metric, and the motions that they belong to."""
 
     about: ClassVar[str] = "K x = k M x, with rotations measured in lengths"
     unit: ClassVar[str] = "N/m"
-    values: np.ndarray
+    values: np.ndarray  #: (n,): ascending [N/m]; exactly zero for free motions
+    #: (n, n): rows; of unit size in the metric, and conjugate to one another in it and in K
     twists: np.ndarray
-    motions: tuple[FreeMotion, ...]
-    length: float | None
+    motions: tuple[FreeMotion, ...]  #: the same in words; those with a value of zero are free
+    length: float | None  #: the characteristic length [m]; None where a metric was given
     status: Status
 
 
@@ -119,35 +107,22 @@ def eigenstiffness(
         inverse_root = np.linalg.inv(np.linalg.cholesky(checked_metric(metric, n)))
     eigen = eigenparts(inverse_root @ parts.K @ inverse_root.T, parts.rank)
     twists = eigen.directions @ inverse_root
-    motions = []
-    for twist in twists:
-        spatial = np.zeros(6)
-        spatial[list(result.space.rows)] = twist
-        screw = screw_of_twist(spatial, result.reference_point, float(result.length))
-        motions.append(FreeMotion(twist, screw))
-    return Eigenstiffness(eigen.values, twists, tuple(motions), L, parts.status)
+    own = result.reference_point, float(result.length)
+    screws = (screw_of_twist(twist, *own) for twist in parts.space.spatial(twists))
+    motions = tuple(map(FreeMotion, twists, screws))
+    return Eigenstiffness(eigen.values, twists, motions, L, parts.status)
 
 
 @frozen
 class ConditionNumber:
-    """Condition numbers of K: 1 where it is the same in all directions, otherwise larger.
-
-    Attributes
-    ----------
-    two_norm : float or None
-        Largest over smallest eigenvalue of the scaled K; None where K is singular.
-    frobenius : float or None
-        ``|K|_F |C|_F / n`` of the scaled matrices.
-    length : float
-        The characteristic length [m].
-    status : Status
-    """
+    """Condition numbers of K: 1 where it is the same in all directions, otherwise larger."""
 
     about: ClassVar[str] = "of K with rotations measured in lengths"
     unit: ClassVar[str] = "1"
+    #: largest over smallest eigenvalue of the scaled K; None where K is singular
     two_norm: float | None
-    frobenius: float | None
-    length: float
+    frobenius: float | None  #: ``|K|_F |C|_F / n`` of the scaled matrices
+    length: float  #: the characteristic length [m]
     status: Status
 
     @property
@@ -200,28 +175,17 @@ def condition_number(result: Stiffness, *, length: float | None = None) -> Condi
 
 @frozen
 class VirtualWork:
-    """Work of loads of unit size, ``|f|^2 + |m|^2 / L^2 = (1 N)^2``.
-
-    Attributes
-    ----------
-    worst : float or None
-        Largest work over all such loads [J/N^2]; None where some load drives a free motion, or no
-        digit of the compliance holds.
-    mean : float or None
-        Mean over all directions [J/N^2].
-    worst_wrench : (n,) array or None
-        The load that does most: a force [N] and a moment [N m] about the reference point.
-    length : float
-        The characteristic length [m].
-    status : Status
-    """
+    """Work of loads of unit size, ``|f|^2 + |m|^2 / L^2 = (1 N)^2``."""
 
     about: ClassVar[str] = "1/2 F^T C F over loads of unit size"
     unit: ClassVar[str] = "J/N^2"
+    #: largest work over all such loads [J/N^2]; None where some load drives a free motion, or no
+    #: digit of the compliance holds
     worst: float | None
-    mean: float | None
+    mean: float | None  #: over all directions [J/N^2]
+    #: (n,): the load that does most, a force [N] and a moment [N m] about the reference point
     worst_wrench: np.ndarray | None
-    length: float
+    length: float  #: the characteristic length [m]
     status: Status
 
 

@@ -18,82 +18,45 @@ _SMALL = 1e-7
 
 @frozen
 class Eigenwrench:
-    """A wrench that displaces the platform parallel to its force, without turning it.
+    """A wrench that displaces the platform parallel to its force, without turning it."""
 
-    Attributes
-    ----------
-    stiffness : float
-        Force per displacement [N/m]; zero along a free translation.
-    direction : (3,) array
-        Unit vector of force and displacement.
-    screw : Screw or None
-        Line and pitch [m] of the wrench; a pitch of zero is a pure force. None where the
-        translation is free.
-    """
-
-    stiffness: float
-    direction: np.ndarray
+    stiffness: float  #: force per displacement [N/m]; zero along a free translation
+    direction: np.ndarray  #: (3,): unit vector of force and displacement
+    #: line and pitch [m] of the wrench; a pitch of zero is a pure force; None where the translation
+    #: is free
     screw: Screw | None
 
 
 @frozen
 class Eigentwist:
-    """A twist whose rotation is parallel to the pure couple that causes it.
+    """A twist whose rotation is parallel to the pure couple that causes it."""
 
-    Attributes
-    ----------
-    stiffness : float
-        Couple per rotation [N m/rad]; zero where the platform turns freely.
-    direction : (3,) array
-        Unit vector of couple and rotation.
-    screw : Screw
-        Line and pitch [m/rad] of the twist; a pitch of zero is a pure rotation. With free
-        translations it is the one that has no part of them.
-    """
-
-    stiffness: float
-    direction: np.ndarray
+    stiffness: float  #: couple per rotation [N m/rad]; zero where the platform turns freely
+    direction: np.ndarray  #: (3,): unit vector of couple and rotation
+    #: line and pitch [m/rad] of the twist; a pitch of zero is a pure rotation; with free
+    #: translations it is the one that has no part of them
     screw: Screw
 
 
 @frozen
 class CompliantAxis:
-    """A line along which a force only displaces, and about which a couple only turns.
+    """A line along which a force only displaces, and about which a couple only turns."""
 
-    Attributes
-    ----------
-    direction, point : (3,) array
-    translational : float
-        [N/m].
-    rotational : float
-        [N m/rad].
-    """
-
-    direction: np.ndarray
-    point: np.ndarray
-    translational: float
-    rotational: float
+    direction: np.ndarray  #: (3,)
+    point: np.ndarray  #: (3,) [m]
+    translational: float  #: [N/m]
+    rotational: float  #: [N m/rad]
 
 
 @frozen
 class Eigenscrews:
-    """Eigenwrenches and eigentwists, those of least stiffness first, and compliant axes.
-
-    Attributes
-    ----------
-    wrenches : tuple of Eigenwrench
-        Three, or two in the plane.
-    twists : tuple of Eigentwist
-        Three, or one in the plane.
-    compliant_axes : tuple of CompliantAxis
-        Lines that are both the axis of an eigenwrench and of an eigentwist, both without pitch.
-    status : Status
-    """
+    """Eigenwrenches and eigentwists, those of least stiffness first, and compliant axes."""
 
     about: ClassVar[str] = "independent of the reference point, and of any characteristic length"
     units: ClassVar[tuple[str, str]] = ("N/m", "N m/rad")
-    wrenches: tuple[Eigenwrench, ...]
-    twists: tuple[Eigentwist, ...]
+    wrenches: tuple[Eigenwrench, ...]  #: three, or two in the plane
+    twists: tuple[Eigentwist, ...]  #: three, or one in the plane
+    #: lines that are both the axis of an eigenwrench and of an eigentwist, both without pitch
     compliant_axes: tuple[CompliantAxis, ...]
     status: Status
 
@@ -121,21 +84,19 @@ def eigenscrews(result: Stiffness) -> Eigenscrews:
     [12198795, 20545339, 20545339]
     """
     parts = stiffness_parts(result).at_origin
-    d, length = parts.space.translations, float(result.length)
+    space, origin, length = parts.space, parts.result.reference_point, float(result.length)
     forces, moments = parts.forces_rotations_held, parts.moments_translations_free
-    wrenches, twists = [], []
+    d, wrenches, twists = space.translations, [], []
     for k, u in zip(forces.values, forces.directions, strict=True):
-        screw, force = None, _spatial_shift(u)
-        if k > 0:
-            # A wrench is a twist with its halves exchanged: moment for displacement.
-            moment = _spatial_turn(parts.K[d:, :d] @ u / k)
-            screw = _screw(parts, np.concatenate([moment, force]))
-        wrenches.append(Eigenwrench(float(k), force, screw))
+        wrench = space.spatial(np.concatenate([u, parts.K[d:, :d] @ u / (k or 1.0)]))
+        # A wrench is a twist with its halves exchanged: moment for displacement.
+        screw = screw_of_twist(np.roll(wrench, 3), origin, length, _SMALL) if k > 0 else None
+        wrenches.append(Eigenwrench(float(k), wrench[:3], screw))
     for k, w in zip(moments.values, moments.directions, strict=True):
         shift = -forces.solve((parts.K[:d, d:] @ w)[:, None])[:, 0]
-        turn = _spatial_turn(w)
-        screw = _screw(parts, np.concatenate([_spatial_shift(shift), turn]))
-        twists.append(Eigentwist(float(k), turn, screw))
+        twist = space.spatial(np.concatenate([shift, w]))
+        screw = screw_of_twist(twist, origin, length, _SMALL)
+        twists.append(Eigentwist(float(k), twist[3:], screw))
     axes = []
     for wrench, twist in product(wrenches, twists):
         f, t = wrench.screw, twist.screw
@@ -149,46 +110,23 @@ def eigenscrews(result: Stiffness) -> Eigenscrews:
     return Eigenscrews(tuple(wrenches), tuple(twists), tuple(axes), parts.status)
 
 
-def _screw(parts: StiffnessParts, twist: np.ndarray) -> Screw:
-    length = float(parts.result.length)
-    return screw_of_twist(twist, parts.result.reference_point, length, _SMALL)
-
-
-def _spatial_shift(u: np.ndarray) -> np.ndarray:
-    return u if len(u) == 3 else np.append(u, 0.0)
-
-
-def _spatial_turn(w: np.ndarray) -> np.ndarray:
-    return w if len(w) == 3 else np.array([0.0, 0.0, w[0]])
-
-
 _ROUNDING = 1e-10  # of coupling: what moving to the point may leave of nothing
 _LOST = 1e-14  # of the largest eigenvalue: smaller ones are rounding
 
 
 @frozen
 class Centre:
-    """A point about which the coupling block of K, or of C, is symmetric.
-
-    Attributes
-    ----------
-    point : (3,) array or None
-        In the world [m]; of a line the point nearest to the robot's own. None where there is none.
-    line : (3,) array or None
-        Direction of the line of such points, where one is as good as another.
-    matrix : (n, n) array or None
-        K, or C, about the point.
-    coupling : float or None
-        What couples forces with rotations there, ``|K_tr| / sqrt(|K_tt| |K_rr|)``, or the same of
-        C: 0 where a force only displaces and a couple only turns, below 1 always. No unit.
-    status : Status
-    """
+    """A point about which the coupling block of K, or of C, is symmetric."""
 
     about: ClassVar[str] = "independent of the reference point it is computed from"
     unit: ClassVar[str] = "m"
+    #: (3,): in the world [m]; of a line the point nearest to the robot's own; None where there is
+    #: none
     point: np.ndarray | None
-    line: np.ndarray | None
-    matrix: np.ndarray | None
+    line: np.ndarray | None  #: (3,): along such points, where one is as good as another
+    matrix: np.ndarray | None  #: (n, n): K, or C, about the point
+    #: what couples forces with rotations there, ``|K_tr| / sqrt(|K_tt| |K_rr|)``, or the same of
+    #: C: 0 where a force only displaces and a couple only turns, below 1 always; no unit
     coupling: float | None
     status: Status
 

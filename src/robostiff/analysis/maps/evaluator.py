@@ -44,44 +44,25 @@ from robostiff.model.cable import CableRobot
 # Poses at once: few enough for the cache.
 _CHUNK = 4096
 # Poses at once by a kernel, at most: their rows of inputs and results take some 30 MB.
-_MOST = 2**18
+MOST_BY_KERNEL = 2**18
 _TAUT = 1e-10  # of the largest tension
 _STIFFNESS, _PRINCIPAL, _WORST = StiffnessMatrix(), PrincipalStiffness(), WorstDeflection()
 
 
 @frozen
 class MapEvaluator:
-    """Quantities of a robot at poses, by a kernel or a direct form; picklable.
-
-    Attributes
-    ----------
-    robot : Robot, Linkage or CableRobot
-    columns : PoseColumns
-        What the numbers of a pose are.
-    quantities : tuple of Quantity
-    wrench : tuple of float
-        Load about the reference point [N, N m]; empty without one.
-    length : float
-        Characteristic length of the indices [m].
-    near : tuple of float
-        Joint coordinates of all legs that choose the posture [m, rad]; empty for home's.
-    dtype : str
-        Of K.
-    form : DirectForm or None
-        What computes poses that no kernel does; that of the kind of the robot when left out.
-    kernel : CompiledStiffness or None
-        Its poses are those of which it is sure.
-    """
+    """Quantities of a robot at poses, by a kernel or a direct form; picklable."""
 
     robot: Mapped
-    columns: PoseColumns
+    columns: PoseColumns  # what the numbers of a pose are
     quantities: tuple[Quantity, ...]
-    wrench: tuple[float, ...] = ()
-    length: float = 1.0
+    wrench: tuple[float, ...] = ()  # load about the reference point [N, N m]; empty without one
+    length: float = 1.0  # characteristic length of the indices [m]
+    # Joint coordinates of all legs that choose the posture [m, rad]; empty for home's
     near: tuple[float, ...] = ()
-    dtype: str = "float64"
-    form: DirectForm | None = None
-    kernel: CompiledStiffness | None = None
+    dtype: str = "float64"  # of K
+    form: DirectForm | None = None  # that of the kind of the robot when left out
+    kernel: CompiledStiffness | None = None  # its poses are those of which it is sure
 
     @property
     def direct(self) -> DirectForm:
@@ -95,11 +76,6 @@ class MapEvaluator:
             return self.direct.name
         name = self.direct.name.removesuffix(", batched")
         return f"compiled record, {name} where it is unsafe"
-
-    @property
-    def most_poses(self) -> int:
-        """Largest suitable number of poses in a call: about half a second."""
-        return self.direct.at_once if self.kernel is None else _MOST
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
@@ -121,10 +97,7 @@ class MapEvaluator:
     def with_kernel(self, backend: Backend) -> MapEvaluator:
         """The same quantities by a kernel.
 
-        Raises
-        ------
-        InputError
-            When the robot has none for these quantities and coordinates.
+        Raises InputError when the robot has none for these quantities and coordinates.
         """
         robot, columns = self.robot, self.columns
 
@@ -150,14 +123,8 @@ class MapEvaluator:
     ) -> np.ndarray:
         """Fill arrays (N, ...) of the variables, and return where no kernel is trusted (N,).
 
-        Parameters
-        ----------
-        poses : (N, n_coordinates) array
-            [m, rad], equal coordinates side by side in memory.
-        out : mapping of str to (N, ...) arrays
-            Fastest with equal entries of all poses side by side.
-        again : bool
-            Whether the direct form computes the poses that the kernel does not.
+        At poses (N, n_coordinates) [m, rad]; fastest with equal entries of all poses side by side
+        in memory. If `again`, the direct form computes the poses that the kernel does not.
         """
         guarded = np.zeros(len(poses), dtype=bool)
         if self.kernel is None:
@@ -216,25 +183,14 @@ class MapEvaluator:
 
 @frozen
 class DirectForm:
-    """How a robot is computed without a kernel of its own; picklable.
+    """How a robot is computed without a kernel of its own; picklable."""
 
-    Attributes
-    ----------
-    compute : callable
-        Takes the evaluator and poses (N, n_coordinates); returns arrays (N, ...) of the variables,
-        and perhaps where a kernel inside was not trusted, ``guarded``.
-    name : str
-        Of the method.
-    at_once : int
-        Poses that take about half a second.
-    about : object
-        What else the numbers depend on, such as loads.
-    """
-
+    # Takes the evaluator and poses (N, n_coordinates); returns arrays (N, ...) of the variables,
+    # and perhaps where a kernel inside was not trusted, ``guarded``
     compute: Callable[[MapEvaluator, np.ndarray], Mapping[str, np.ndarray]]
-    name: str
-    at_once: int
-    about: Any = None
+    name: str  # of the method
+    at_once: int  # poses that take about half a second
+    about: Any = None  # what else the numbers depend on, such as loads
 
 
 def poses_at(poses: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -261,13 +217,12 @@ def _of_legs(e: MapEvaluator, poses: np.ndarray) -> dict[str, np.ndarray]:
 def _actuator_forces(snapshot: Any, result: Stiffness, wrench: np.ndarray) -> np.ndarray:
     """Load on each actuator (N, actuators) [N or N m]: what its chain carries along it."""
     bent = Deflection(np.broadcast_to(wrench, (*result.batch_shape, len(wrench))), result)
-    rows, blocks, forces = list(result.space.rows), result.details().leg_blocks, []
+    blocks, forces = result.details().leg_blocks, []
     for leg, wrenches, solved in zip(snapshot.legs, bent.leg_wrenches, blocks, strict=True):
-        F = np.zeros((len(wrenches), 6))
-        F[:, rows] = wrenches.data  # no number where the load has no answer
+        F = result.space.spatial(np.ma.getdata(wrenches))  # no number where the load has no answer
         forces += [
             np.einsum("...i,...i->...", element.twist(result.origin), carried)
-            for element, carried in carried_by(leg, solved, F, rows)
+            for element, carried in carried_by(leg, solved, F, result.space)
             if isinstance(element, PlacedFreedom) and isinstance(element.role, Actuated)
         ]
     return np.stack(forces, axis=-1)
@@ -332,10 +287,7 @@ class Compiled(MapMethod):
     backend: Backend = Backend.BEST
 
     def evaluator(self, like: MapEvaluator, count: int) -> MapEvaluator:
-        """By a kernel.
-
-        Raises InputError when there is none for the robot, its coordinates or the quantities.
-        """
+        """By a kernel; InputError when there is none for robot, coordinates or quantities."""
         return like.with_kernel(self.backend)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from robostiff.analysis.maps.evaluator import MapEvaluator, poses_at
+from robostiff.analysis.maps.evaluator import MOST_BY_KERNEL, MapEvaluator, poses_at
 from robostiff.analysis.maps.pose_columns import FACTOR, PoseColumns
 from robostiff.analysis.maps.pose_source import PoseSource
 from robostiff.analysis.maps.variables import EXCLUDED, Variable, status_flags, status_words
@@ -183,8 +183,9 @@ class MapJob:
     @cached_property
     def partition(self) -> Partition:
         """The blocks, which depend on the poses only, not on the processors."""
-        most = _BLOCK_BYTES // sum(v.bytes_a_pose for v in self.variables)
-        return Partition.of(self.source.shape, min(most, self.evaluator.most_poses))
+        most, e = _BLOCK_BYTES // sum(v.bytes_a_pose for v in self.variables), self.evaluator
+        at_once = e.direct.at_once if e.kernel is None else MOST_BY_KERNEL  # about half a second
+        return Partition.of(self.source.shape, min(most, at_once))
 
     def poses(self, part: tuple[slice, ...]) -> np.ndarray:
         """Poses of a block (N, n_coordinates), equal coordinates side by side in memory."""

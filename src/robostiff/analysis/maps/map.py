@@ -34,6 +34,7 @@ from robostiff.analysis.maps.reduced_map import ReducedMap
 from robostiff.analysis.maps.reduction import Reduction, check_reductions
 from robostiff.analysis.maps.run import Progress, Run, Threads, run_with_progress, workforce
 from robostiff.analysis.maps.store import (
+    PROGRESS,
     MapStore,
     already_there,
     create_store,
@@ -255,7 +256,8 @@ def _fill(
             store, partition = MapStore(path, job), job.partition
             blocks = run(store.compute, range(len(partition)))
             store.finish(run_with_progress(blocks, MapSummary(), partition.poses, progress))
-    store.remove_progress()
+    # its marks, and its lock, which must be open no more
+    shutil.rmtree(path / PROGRESS, ignore_errors=True)
 
 
 def checked_job(

@@ -20,24 +20,12 @@ from robostiff.spatial import as_floats, check_order, holds_quantities
 
 
 class PoseSource(ABC):
-    """Poses made block by block, never all at once.
+    """Poses made block by block, never all at once."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        The coordinates that it gives; the others stay at home.
-    dims : tuple of str
-        Names of the dimensions of the map.
-    shape : tuple of int
-        Sizes of these.
-    units_given : mapping of names to units
-        SI units of joint coordinates that came as quantities.
-    """
-
-    names: tuple[str, ...]
-    dims: tuple[str, ...] = ("pose",)
-    shape: tuple[int, ...]
-    units_given: Mapping[str, str]
+    names: tuple[str, ...]  #: the coordinates that it gives; the others stay at home
+    dims: tuple[str, ...] = ("pose",)  #: names of the dimensions of the map
+    shape: tuple[int, ...]  #: sizes of these
+    units_given: Mapping[str, str]  #: SI units of joint coordinates that came as quantities
 
     @abstractmethod
     def values(self, part: tuple[slice, ...]) -> np.ndarray:

@@ -259,8 +259,7 @@ class Histogram(_Counts):
         numbers = as_floats("edges of a histogram", edges, "ascending numbers")
         if numbers.ndim != 1 or len(numbers) < 2 or not np.all(np.diff(numbers) > 0):
             raise InputError("edges of a histogram", got=edges, expected="ascending numbers")
-        object.__setattr__(self, "of", of)
-        object.__setattr__(self, "edges", tuple(numbers.tolist()))
+        super().__init__(of, tuple(numbers.tolist()))
 
     def results(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """Counts from each edge to the next; values beyond the edges are left out."""
@@ -291,8 +290,7 @@ class ShareAbove(_Counts):
 
     def __init__(self, of: str, limits: ArrayLike) -> None:
         numbers = np.unique(as_floats("limits of a share", limits, "numbers"))
-        object.__setattr__(self, "of", of)
-        object.__setattr__(self, "edges", tuple(numbers.tolist()))
+        super().__init__(of, tuple(numbers.tolist()))
 
     def results(self, state: State, name: str, entries: int, job: MapJob) -> Iterator[Found]:
         """None where no pose has an answer."""

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 _IDENTITY, _ENTRIES, _DESCRIPTION = "robostiff_map", "entries", "zarr.json"
 _OWN = {_IDENTITY, "checksum"}  # attributes of the store and not of the map
-_PROGRESS, _DONE = "progress", "progress/done"
+PROGRESS, _DONE = "progress", "progress/done"
 _NAMED = 3  # differences between two maps
 # Of stores from anywhere: values in a chunk, values a pose, bytes of a description.
 _LARGEST_CHUNK, _MOST_VALUES, _LONGEST = 2**24, 2**10, 2**24
@@ -175,8 +175,8 @@ def already_there(path: Path) -> InputError:
 @contextmanager
 def lock(path: Path) -> Iterator[None]:
     """Keep other processes from filling the same store; the lock ends with the process."""
-    with _undamaged(path, _PROGRESS):
-        file = (path / _PROGRESS / "lock").open("w")
+    with _undamaged(path, PROGRESS):
+        file = (path / PROGRESS / "lock").open("w")
     with file:
         try:
             if sys.platform == "win32":
@@ -248,10 +248,6 @@ class MapStore:
         attributes = _attributes(self.path)
         about = {**attributes[_IDENTITY], "complete": True, "ranges": summary.ranges}
         _describe(self.path, {**attributes, **summary_attributes(summary), _IDENTITY: about})
-
-    def remove_progress(self) -> None:
-        """Away with the marks of a complete map, and with its lock, which must be open no more."""
-        shutil.rmtree(self.path / _PROGRESS, ignore_errors=True)
 
 
 def _attributes(path: Path) -> dict[str, Any]:
