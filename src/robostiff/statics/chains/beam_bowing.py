@@ -292,8 +292,6 @@ def _modes(
     if free.size and np.linalg.matrix_rank(free) + modes.any(axis=-2).sum(axis=-1).max() > len(
         free
     ):
-        from scipy.linalg import null_space
-
         # its compliance along its freedoms is of no account
         size = np.sqrt(np.diagonal(C, axis1=-2, axis2=-1).reshape(-1, len(free)).max(axis=0))
         size = np.where(size > 0, size, 1.0)[:, None]
