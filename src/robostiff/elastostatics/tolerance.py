@@ -202,12 +202,6 @@ def smallest_compliance(
     Orthonormal wrenches W; zero columns are passed over, and 1 is given where nothing is
     transmitted. Where the ratio is certainly above 1e-10 a lower bound is given in place of the
     eigenvalue.
-
-    Examples
-    --------
-    >>> C = np.diag([1.0, 1.0, 0.0])
-    >>> smallest_compliance(C, np.eye(3)), smallest_compliance(C, np.eye(3)[:, :1])
-    (array(0.), array(0.5))
     """
     m = W.shape[-1]
     trace = np.trace(C, axis1=-2, axis2=-1)
@@ -247,11 +241,6 @@ def smallest_held_stiffness(
     K is positive semidefinite, scaled by a characteristic length. The result limits the digits of
     compliance and deflection. Where it is certainly above 1e-10 a lower bound is given in its
     place; 1 where nothing is held.
-
-    Examples
-    --------
-    >>> float(smallest_held_stiffness(np.diag([1.0, 1e-6, 0.0]), np.array(2)))
-    1.0
     """
     n = K.shape[-1]
     diagonal = np.einsum("...ii->...i", K)

@@ -73,16 +73,6 @@ def as_meant(robot: Part) -> Part:
 
     A component of a vector or rotation that is rounding beside the largest one is 0, and a number
     that rounding separates from a short decimal is this one. So no rounding enters a formula.
-
-    Examples
-    --------
-    >>> from robostiff.model import Chain, Rigid
-    >>> from robostiff.spatial import Frame
-    >>> turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]) + np.pi * np.eye(3) * 2e-17
-    >>> link = Rigid(Frame(turn, np.array([0.1 + 0.2, 1e-17, 0])))
-    >>> (meant,) = as_meant(Chain((link,))).elements
-    >>> meant.transform.p, bool(meant.transform.R[0, 0] == 0)
-    (array([0.3, 0. , 0. ]), True)
     """
 
     def meant(value: Any) -> Any:
@@ -244,12 +234,6 @@ class Symbolic:
         ------
         InputError
             When a symbol has none.
-
-        Examples
-        --------
-        >>> from robostiff.robots import load
-        >>> load("planar-link", symbols=("L",)).numeric.legs[0].chain.elements[0].to
-        array([0.5, 0. , 0. ])
         """
         if not self.has_formulas:
             return self
@@ -297,12 +281,6 @@ class Symbolic:
         ------
         InputError
             When a name is no symbol of the robot, or a formula has no real value there.
-
-        Examples
-        --------
-        >>> from robostiff.robots import load
-        >>> load("planar-link", symbols=("L",)).substituted({"L": 0.4}).symbols
-        ()
         """
         by_name = {str(name): value for name, value in values.items()}
         names = dict.fromkeys(map(str, self.symbols))

@@ -42,13 +42,6 @@ def sparse_null_space(G: csc_array, tolerance: Tolerance) -> tuple[np.ndarray, b
     iteration with a block of vectors on ``[[-a I, G], [G^T, d I]]``, whose factors are as sparse as
     those of a network. The block grows until its weakest vector is held for certain; the singular
     values of G on the block then decide like those of G itself.
-
-    Examples
-    --------
-    >>> from scipy.sparse import csc_array
-    >>> motions, _ = sparse_null_space(csc_array(np.array([[1.0, -1.0, 0.0]])), Tolerance())
-    >>> motions.shape
-    (3, 2)
     """
     from scipy.sparse import block_array, eye_array
     from scipy.sparse.linalg import splu

@@ -41,13 +41,6 @@ def dissection(bodies: np.ndarray, pairs: np.ndarray, places: np.ndarray) -> Ite
     ------
     (k,) array of int
         Those that are eliminated together.
-
-    Examples
-    --------
-    >>> chain = np.arange(31)
-    >>> pairs = np.stack([chain[1:], chain[:-1]], axis=1)
-    >>> [piece.tolist() for piece in dissection(chain, pairs, chain[:, None])][-1]
-    [15]
     """
     if len(bodies) <= _LEAF:
         if len(bodies):

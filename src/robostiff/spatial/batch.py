@@ -33,11 +33,6 @@ def empty_batch(batch: tuple[int, ...], matrix: tuple[int, ...], dtype: Any = fl
     """Room for an array ``(*batch, *matrix)``, equal entries of all poses side by side.
 
     Entries are floats, or with ``dtype=object`` exact numbers and formulas.
-
-    Examples
-    --------
-    >>> empty_batch((1000,), (6, 6)).strides
-    (8, 48000, 8000)
     """
     inverse = (*range(len(matrix), len(matrix) + len(batch)), *range(len(matrix)))
     return np.empty((*matrix, *batch), dtype=dtype).transpose(inverse)
@@ -47,11 +42,6 @@ def poses_side_by_side(a: np.ndarray, matrix_axes: int) -> np.ndarray:
     """The same array ``(..., *matrix)``, with equal entries of all poses contiguous in memory.
 
     `matrix_axes` trailing axes belong to a pose: 2 for matrices, 1 for vectors.
-
-    Examples
-    --------
-    >>> poses_side_by_side(np.zeros((1000, 6, 6)), 2).strides
-    (8, 48000, 8000)
     """
     batch_axes = a.ndim - matrix_axes
     if batch_axes == 0:

@@ -52,15 +52,7 @@ def is_possible(value: Any) -> bool:
 
 
 def is_above(value: Any, limit: Any, *, or_at: bool = False) -> bool:
-    """Whether a value is certainly above a limit (or at it); formulas may leave that open.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> d = sp.Symbol("d", positive=True)
-    >>> is_above(2, 1), is_above(d, 0), is_above(d, 1), is_above(d, d, or_at=True)
-    (True, True, False, True)
-    """
+    """Whether a value is certainly above a limit (or at it); formulas may leave that open."""
     if any(is_formula(x) and not _is_sympy(x) for x in (value, limit)):
         return False
     claim = value >= limit if or_at else value > limit
@@ -97,14 +89,7 @@ def exact_number(value: Any) -> Any:
 
 
 def exact_together(*values: Any) -> tuple[Any, ...]:
-    """The values as they are; numbers beside a SymPy formula become exact.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> exact_together(sp.Symbol("d"), 0.3), exact_together(0.04, 0.3)
-    ((d, 3/10), (0.04, 0.3))
-    """
+    """The values as they are; numbers beside a SymPy formula become exact."""
     if not any(map(_is_sympy_kind, map(type, values))):
         return values
     return tuple(value if value is None else exact_number(value) for value in values)
@@ -116,12 +101,6 @@ def formula_array(value: Any) -> np.ndarray | None:
     Plain numbers beside SymPy formulas become exact, so that no float enters a formula unseen.
 
     Raises InputError when an entry is neither a formula nor a finite number.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> formula_array([sp.Symbol("L"), 0.5, 0]), formula_array([1.0, 2.0])
-    (array([L, 1/2, 0], dtype=object), None)
     """
     if isinstance(value, np.ndarray):
         if value.dtype != object:
@@ -140,15 +119,7 @@ def formula_array(value: Any) -> np.ndarray | None:
 
 
 def exact_arrays(*arrays: np.ndarray) -> tuple[np.ndarray, ...]:
-    """The arrays as they are; those of floats become exact when another one holds formulas.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> exact_arrays(np.eye(2), np.array([sp.Symbol("L"), 0]))[0]
-    array([[1, 0],
-           [0, 1]], dtype=object)
-    """
+    """The arrays as they are; those of floats become exact when another one holds formulas."""
     if not any(_is_sympy(entry) for a in arrays if a.dtype == object for entry in a.flat):
         return arrays
     return tuple(exact_array(array) for array in arrays)
@@ -160,15 +131,7 @@ def exact_array(array: np.ndarray) -> np.ndarray:
 
 
 def length_of(vector: np.ndarray) -> Any:
-    """Length of a vector of formulas: the square root of the sum of squares.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> L, a = sp.Symbol("L", positive=True), sp.Symbol("a", positive=True)
-    >>> length_of(np.array([L, 0, 0])), length_of(np.array([L * sp.cos(a), L * sp.sin(a), 0]))
-    (L, L)
-    """
+    """Length of a vector of formulas: the square root of the sum of squares."""
     import sympy as sp
 
     # Expanded, a square such as (R - r)^2 stays a root of a polynomial and is no absolute value.
@@ -186,15 +149,7 @@ def vanishes(vector: np.ndarray) -> bool:
 
 
 def tidy(vector: np.ndarray) -> np.ndarray:
-    """The formulas of an array with squares of sines and cosines summed and fractions cancelled.
-
-    Examples
-    --------
-    >>> import sympy as sp
-    >>> a = sp.Symbol("a")
-    >>> tidy(np.array([sp.sin(a) ** 2 + sp.cos(a) ** 2, a / a**2], dtype=object))
-    array([1, 1/a], dtype=object)
-    """
+    """The formulas of an array with squares of sines and cosines summed and fractions cancelled."""
     import sympy as sp
 
     def tidy(entry: Any) -> Any:

@@ -199,13 +199,6 @@ def eigenparts(matrix: np.ndarray, rank: int) -> EigenPart:
 
     Directions are readable: of equal eigenvalues along world axes as far as they allow, and with
     their largest component positive.
-
-    Examples
-    --------
-    >>> eigenparts(np.diag([2.0, 0.0, 2.0]), rank=2)
-    EigenPart(values=array([0., 2., 2.]), directions=array([[0., 1., 0.],
-           [1., 0., 0.],
-           [0., 0., 1.]]))
     """
     values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
     values = np.maximum(values, _ROUNDING * max(values[-1], 0.0))
