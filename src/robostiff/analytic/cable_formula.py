@@ -57,28 +57,17 @@ class CableVectors:
 
     and N = [0, 0; 0, (u r^T + r u^T)/2 - (u . r) 1], which is what turning the platform adds. The
     weight takes such a part away.
-
-    Attributes
-    ----------
-    space : Space
-    pose : tuple of Equation
-        Place and rotation of the platform.
-    cable : tuple of Equation
-        Of one generic cable i, in the order in which they can be computed.
-    columns : dict of names to tuples of SymPy expressions
-        What differs between the cables, one row a cable.
-    cables : tuple of str
-        Their names.
-    weight : tuple of Equation
-        Force and arm of the weight, where it is part of K.
     """
 
     space: Space
-    pose: tuple[Equation, ...] = ()
+    pose: tuple[Equation, ...] = ()  #: place and rotation of the platform
+    #: of one generic cable i, in the order in which they can be computed
     cable: tuple[Equation, ...] = ()
+    #: dict of names to tuples of SymPy expressions: what differs between the cables, one row a
+    #: cable
     columns: dict[str, tuple[Any, ...]] = field(default_factory=dict)
-    cables: tuple[str, ...] = ()
-    weight: tuple[Equation, ...] = ()
+    cables: tuple[str, ...] = ()  #: their names
+    weight: tuple[Equation, ...] = ()  #: force and arm of the weight, where it is part of K
 
     def written(self) -> tuple[sp.ImmutableMatrix, tuple[Definition, ...]]:
         """K (n, n), and components of all vectors as steps, one cable after the other."""

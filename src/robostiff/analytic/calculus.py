@@ -237,17 +237,10 @@ def compliance_formula(K: Any, budget: float | None = BUDGET) -> sp.ImmutableMat
 
 @frozen
 class ComplianceSteps(Formula):
-    """Compliance as named steps.
+    """Compliance as named steps."""
 
-    Attributes
-    ----------
-    C : sympy.ImmutableMatrix
-        (n, n), about the reference point, in symbols given or defined.
-    definitions : tuple of Definition
-        What names stand for, in the order in which they can be computed.
-    """
-
-    C: sp.ImmutableMatrix
+    C: sp.ImmutableMatrix  #: (n, n), about the reference point, in symbols given or defined
+    #: what names stand for, in the order in which they can be computed
     definitions: tuple[Definition, ...] = ()  # pyright: ignore[reportIncompatibleMethodOverride]
 
     is_stiffness = False

@@ -327,20 +327,11 @@ class LegDerivation(WrittenWhole):
 
 @frozen
 class InNames(Formula):
-    """A closed form as a person writes it: with names for lengths, beams and compliances.
+    """A closed form as a person writes it: with names for lengths, beams and compliances."""
 
-    Attributes
-    ----------
-    K : sympy.ImmutableMatrix
-        Sum of w w^T / c in names.
-    legs : tuple of LegDerivation
-        Their wrenches and compliances in names; without K.
-    definitions : tuple of Definition
-        What the names stand for, in the order in which they can be computed.
-    """
-
-    K: sp.ImmutableMatrix
-    legs: tuple[LegDerivation, ...]
+    K: sp.ImmutableMatrix  #: sum of w w^T / c in names
+    legs: tuple[LegDerivation, ...]  #: their wrenches and compliances in names; without K
+    #: what the names stand for, in the order in which they can be computed
     definitions: tuple[Definition, ...] = ()  # pyright: ignore[reportIncompatibleMethodOverride]
 
     keeps_numbers = is_of_legs = True

@@ -218,32 +218,18 @@ class LegElimination(Derivation):
 
     K0 and the stages are in axes of its own; K is about the reference point of the platform, in
     world axes, as all others are.
-
-    Attributes
-    ----------
-    leg : str
-        Its name.
-    where : str
-        The pose, in words.
-    elastic : tuple of str
-        Its elastic parts and drives.
-    C : sympy.ImmutableMatrix
-        Compliance of these with all passive joints held (n x n); K0 = C^-1.
-    axes : sympy.ImmutableMatrix
-        Columns: the leg's own axes in the world (3 x 3).
-    arm : sympy.ImmutableMatrix
-        From the reference point to the origin of these axes (3 x 1) [m], world axes.
-    coordinates : tuple of str
-        Names of the symbols of the pose.
     """
 
-    leg: str = ""
-    where: str = ""
-    elastic: tuple[str, ...] = ()
+    leg: str = ""  #: its name
+    where: str = ""  #: the pose, in words
+    elastic: tuple[str, ...] = ()  #: its elastic parts and drives
+    #: sympy.ImmutableMatrix: compliance of these with all passive joints held (n x n); K0 = C^-1
     C: Any = None
-    axes: Any = None
+    axes: Any = None  #: sympy.ImmutableMatrix: columns: the leg's own axes in the world (3 x 3)
+    #: sympy.ImmutableMatrix: from the reference point to the origin of these axes (3 x 1) [m],
+    #: world axes
     arm: Any = None
-    coordinates: tuple[str, ...] = ()
+    coordinates: tuple[str, ...] = ()  #: names of the symbols of the pose
 
     @property
     def space(self) -> Space:

@@ -15,28 +15,13 @@ from robostiff.spatial import Space, cross, skew
 
 @frozen
 class PlacedCables:
-    """Cables and weight in world coordinates.
+    """Cables and weight in world coordinates."""
 
-    Attributes
-    ----------
-    exit_points : (m, 3) array
-        Where the cables leave the base [m].
-    attachments : (..., m, 3) array
-        Attachment points on the platform [m].
-    reference_point : (..., 3) array
-        About which moments are taken [m].
-    weight_force : (3,) array
-        [N].
-    weight_point : (..., 3) array
-        Where it acts [m].
-    space : Space
-    """
-
-    exit_points: np.ndarray
-    attachments: np.ndarray
-    reference_point: np.ndarray
-    weight_force: np.ndarray
-    weight_point: np.ndarray
+    exit_points: np.ndarray  #: (m, 3): where the cables leave the base [m]
+    attachments: np.ndarray  #: (..., m, 3): attachment points on the platform [m]
+    reference_point: np.ndarray  #: (..., 3): about which moments are taken [m]
+    weight_force: np.ndarray  #: (3,): [N]
+    weight_point: np.ndarray  #: (..., 3): where it acts [m]
     space: Space
 
     @cached_property

@@ -53,25 +53,16 @@ class Kernel:
 
     Its answers hold where its `checks` say so; elsewhere they must be computed by another way, as
     the compiled robots of `robostiff.compile` do by themselves.
-
-    Attributes
-    ----------
-    inputs : tuple of str
-        What its rows of inputs are: coordinates [m, rad], then parameters.
-    outputs : tuple of Output
-    checks : tuple of str
-        ``flags``, a sum of flags, see `robostiff.record.Flag`. With a closure also ``open``, the
-        square of what the legs leave open, and ``mode``, positive in the assembly mode of home.
-    space : Space
-    code : MachineCode, ArrayCode or ClosedCode
-        Its results are the rows of all outputs one after the other, a row for each entry, then a
-        row for each check.
     """
 
-    inputs: tuple[str, ...]
+    inputs: tuple[str, ...]  #: what its rows of inputs are: coordinates [m, rad], then parameters
     outputs: tuple[Output, ...]
+    #: ``flags``, a sum of flags, see `robostiff.record.Flag`. With a closure also ``open``, the
+    #: square of what the legs leave open, and ``mode``, positive in the assembly mode of home.
     checks: tuple[str, ...]
     space: Space
+    #: its results are the rows of all outputs one after the other, a row for each entry, then a row
+    #: for each check
     code: MachineCode | ArrayCode | ClosedCode = field(repr=False)
 
     @property

@@ -18,24 +18,16 @@ _FEW_DIGITS = 1e6
 
 @frozen
 class ConjugateWrenches(PoseBatch):
-    """Wrenches that a leg transmits, in scaled coordinates.
+    """Wrenches that a leg transmits, in scaled coordinates."""
 
-    Attributes
-    ----------
-    unit : (..., n, m) array
-        Unit wrenches, each of which meets compliance by itself: they share no energy. Zero columns
-        fill up.
-    compliance : (..., m) array
-        Compliance under each of them: f of it store the energy ``compliance f^2 / 2``.
-    rigid : (..., n, k) array
-        Orthonormal wrenches that meet no elastic part, zero columns elsewhere.
-    doubtful : (...) array of bool
-        Where rounding blurs what meets a spring, or leaves fewer than nine digits.
-    """
-
+    #: (..., n, m): unit wrenches, each of which meets compliance by itself: they share no energy.
+    #: Zero columns fill up.
     unit: Float[np.ndarray, "*batch n m"]
+    #: (..., m): compliance under each of them: f of it store the energy ``compliance f^2 / 2``
     compliance: Float[np.ndarray, "*batch m"]
+    #: (..., n, k): orthonormal wrenches that meet no elastic part, zero columns elsewhere
     rigid: Float[np.ndarray, "*batch n k"]
+    #: (...): where rounding blurs what meets a spring, or leaves fewer than nine digits
     doubtful: Bool[np.ndarray, "*batch"]
 
     @property
@@ -232,25 +224,16 @@ def _elastic_rank(
 
 @frozen
 class LeastEnergy:
-    """Shares of wrenches in parallel in a load, in scaled coordinates.
+    """Shares of wrenches in parallel in a load, in scaled coordinates."""
 
-    Attributes
-    ----------
-    shares : (..., m, n) array
-        Size of each elastic unit wrench, per load.
-    rigid_shares : (..., k, n) array
-        Size of each rigid one. Where rigid wrenches balance one another, the least.
-    modes : (..., m, n) array
-        What each elastic wrench feels of a load: a load F stores the energy ``|modes F|^2 / 2``.
-        Loads that rigid wrenches carry alone store none.
-    doubtful : (...) array of bool
-        Where rounding leaves fewer than nine digits.
-    """
-
+    #: (..., m, n): size of each elastic unit wrench, per load
     shares: Float[np.ndarray, "*batch m n"]
+    #: (..., k, n): size of each rigid one. Where rigid wrenches balance one another, the least.
     rigid_shares: Float[np.ndarray, "*batch k n"]
+    #: (..., m, n): what each elastic wrench feels of a load: a load F stores the energy ``|modes
+    #: F|^2 / 2``. Loads that rigid wrenches carry alone store none.
     modes: Float[np.ndarray, "*batch m n"]
-    doubtful: Bool[np.ndarray, "*batch"]
+    doubtful: Bool[np.ndarray, "*batch"]  #: (...): where rounding leaves fewer than nine digits
 
     @property
     def compliance(self) -> Float[np.ndarray, "*batch n n"]:

@@ -124,18 +124,11 @@ SpringLoads = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 @frozen
 class LegWrenches(PoseBatch):
-    """Wrenches that a leg transmits, in scaled coordinates.
+    """Wrenches that a leg transmits, in scaled coordinates."""
 
-    Attributes
-    ----------
-    W : (..., n, m) array
-        Orthonormal basis of the transmitted wrenches; zero columns fill up.
-    margins : (..., q) array
-        How far the unit twist of each passive joint lies from the span of those before it.
-    conjugate : ConjugateWrenches
-    """
-
+    #: (..., n, m): orthonormal basis of the transmitted wrenches; zero columns fill up
     W: Float[np.ndarray, "*batch n m"]
+    #: (..., q): how far the unit twist of each passive joint lies from the span of those before it
     margins: Float[np.ndarray, "*batch q"]
     conjugate: ConjugateWrenches
 

@@ -27,48 +27,32 @@ _NOTHING = 1e-13  # of a unit load
 
 @frozen
 class BlockCompliance(PoseBatch):
-    """A parallel block as an element of a chain, about a point and in world axes.
+    """A parallel block as an element of a chain, about a point and in world axes."""
 
-    Attributes
-    ----------
-    modes : (..., p, n) array
-        A wrench F that the block transmits stores the energy ``|modes F|^2 / 2`` in it, in scaled
-        coordinates; none where rigid branches carry it alone.
-    length : (...) array
-        Characteristic length [m] of the scaling.
-    held : (..., n, w) array
-        Wrenches on the body after it that leave all others in equilibrium, by which ranks are
-        decided; scaled.
-    W : (..., n, m) array
-        Orthonormal basis of the wrenches that it transmits, scaled; zero columns fill up.
-    J_q : (..., n, f) array
-        Twists that meet no stiffness: its freedoms. Poses may have different numbers of them; zero
-        columns fill up.
-    present : (..., f) array of bool
-        Which columns are freedoms.
-    shares : (..., b, n, n) array
-        Wrench that each branch carries, per wrench that the block carries.
-    mechanisms : (..., bodies n, bodies n) array
-        Orthonormal motions of all bodies that meet no stiffness, scaled; other columns are zero.
-    redundant : (..., q) array of bool
-        Joints of the branches, one branch after the other, that add no freedom to those before.
-    doubtful : (...) array of bool
-        Where rounding blurs which directions are free.
-    inner : tuple of tuples of BlockCompliance
-        The parallel blocks of each branch.
-    """
-
+    #: (..., p, n): a wrench F that the block transmits stores the energy ``|modes F|^2 / 2`` in it,
+    #: in scaled coordinates; none where rigid branches carry it alone
     modes: Float[np.ndarray, "*batch p n"]
-    length: np.ndarray
+    length: np.ndarray  #: (...): characteristic length [m] of the scaling
+    #: (..., n, w): wrenches on the body after it that leave all others in equilibrium, by which
+    #: ranks are decided; scaled
     held: Float[np.ndarray, "*batch n w"]
+    #: (..., n, m): orthonormal basis of the wrenches that it transmits, scaled; zero columns fill
+    #: up
     W: Float[np.ndarray, "*batch n m"]
+    #: (..., n, f): twists that meet no stiffness: its freedoms. Poses may have different numbers of
+    #: them; zero columns fill up.
     J_q: Float[np.ndarray, "*batch n f"]
-    present: Bool[np.ndarray, "*batch f"]
+    present: Bool[np.ndarray, "*batch f"]  #: (..., f): which columns are freedoms
+    #: (..., b, n, n): wrench that each branch carries, per wrench that the block carries
     shares: Float[np.ndarray, "*batch b n n"]
+    #: (..., bodies n, bodies n): orthonormal motions of all bodies that meet no stiffness, scaled;
+    #: other columns are zero
     mechanisms: Float[np.ndarray, "*batch k k"]
+    #: (..., q): joints of the branches, one branch after the other, that add no freedom to those
+    #: before
     redundant: Bool[np.ndarray, "*batch q"]
-    doubtful: Bool[np.ndarray, "*batch"]
-    inner: tuple[tuple[BlockCompliance, ...], ...] = ()
+    doubtful: Bool[np.ndarray, "*batch"]  #: (...): where rounding blurs which directions are free
+    inner: tuple[tuple[BlockCompliance, ...], ...] = ()  #: the parallel blocks of each branch
 
     @property
     def C(self) -> Float[np.ndarray, "*batch n n"]:
@@ -222,40 +206,25 @@ def _on_bodies(
 
 @frozen(kw_only=True)
 class Details(CartesianStiffness):
-    """What the direct form finds at poses: K about `origin`, where ranks are decided, and the legs.
+    """What the direct form finds at poses: K about `origin`, where ranks are decided, and legs."""
 
-    Attributes
-    ----------
-    origin : (..., 3) array
-        Where it was computed: the machine's own reference point in the world [m], or the middle of
-        a machine that is far away from it.
-    reference_point : (..., 3) array
-        The machine's own, in the world [m].
-    passive_joint_names : tuple of str
-        ``leg/joint`` of every passive freedom, the columns of ``redundant``.
-    legs : tuple of CartesianStiffness
-        Each leg about `origin`; none of a network.
-    leg_blocks : tuple of tuples of BlockCompliance
-        Parallel blocks of each leg about `origin`, by which their branches share a wrench.
-    shares : (..., b, n, n) array or None
-        On a flexible platform, what each leg carries of a wrench on the tool about `origin`, and
-        then each part of the platform.
-    pose : (..., 6) array or None
-        x, y, z [m] and rotation vector [rad] of the platform; None for a snapshot.
-    joint_coordinates : mapping of str to (..., size) array
-        The posture: coordinates of the joints of each leg [m, rad], by its name.
-    joint_names : mapping of str to tuple of str
-        Names of these coordinates, of robots of legs.
-    """
-
+    #: (..., 3): where it was computed: the machine's own reference point in the world [m], or the
+    #: middle of a machine that is far away from it
     origin: np.ndarray
-    reference_point: np.ndarray
+    reference_point: np.ndarray  #: (..., 3): the machine's own, in the world [m]
+    #: ``leg/joint`` of every passive freedom, the columns of ``redundant``
     passive_joint_names: tuple[str, ...]
-    legs: tuple[CartesianStiffness, ...] = ()
+    legs: tuple[CartesianStiffness, ...] = ()  #: each leg about `origin`; none of a network
+    #: parallel blocks of each leg about `origin`, by which their branches share a wrench
     leg_blocks: tuple[tuple[BlockCompliance, ...], ...] = ()
+    #: (..., b, n, n): on a flexible platform, what each leg carries of a wrench on the tool about
+    #: `origin`, and then each part of the platform
     shares: np.ndarray | None = None
+    #: (..., 6): x, y, z [m] and rotation vector [rad] of the platform; None for a snapshot
     pose: np.ndarray | None = None
+    #: the posture: coordinates of the joints of each leg [m, rad], by its name
     joint_coordinates: Mapping[str, np.ndarray] = field(default_factory=dict)
+    #: names of these coordinates, of robots of legs
     joint_names: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     @classmethod

@@ -163,23 +163,14 @@ def last_moved(rates: np.ndarray, tolerance: Tolerance) -> np.ndarray:
 
 @frozen
 class RankDecision:
-    """Decision of a rank: the values kept and dropped, and the tolerance.
+    """Decision of a rank: the values kept and dropped, and the tolerance."""
 
-    Attributes
-    ----------
-    smallest_kept, largest_dropped : float or None
-        Singular values of the stacked unit wrenches on both sides of the cut; None where there are
-        none.
-    tolerance : float
-        The cut.
-    length : float
-        Characteristic length [m] of the scaling.
-    """
-
+    #: smallest_kept, largest_dropped: singular values of the stacked unit wrenches on both sides of
+    #: the cut; None where there are none
     smallest_kept: float | None
     largest_dropped: float | None
-    tolerance: float
-    length: float
+    tolerance: float  #: the cut
+    length: float  #: characteristic length [m] of the scaling
 
     def __str__(self) -> str:
         kept = "none" if self.smallest_kept is None else f"{self.smallest_kept:.2g}"

@@ -71,33 +71,19 @@ class FormulaPose:
 
 @frozen
 class PlacedFormula:
-    """A leg in the world, its entries recorded.
+    """A leg in the world, its entries recorded."""
 
-    Attributes
-    ----------
-    leg : PlacedLeg
-        Points, axes, rotations and compliances are arrays of objects, in world axes.
-    gap : tuple of Entry
-        Gaps, zero when the leg meets the platform: squares of sines, and of shifts over the
-        length of the rod or crank. Those that vanish at all samples are left out.
-    lengths : tuple of Entry
-        Lengths of the telescopes' beams that must be positive [m].
-    losses : tuple of Entry
-        Digits that the closure loses.
-    coordinate : callable
-        Records the leg coordinate of a place in the coordinate vector [m, rad].
-    platform : FormulaPose
-        Where the leg holds the platform.
-    bodies : mapping of str to (callable, str)
-        What places the frames of its bodies, by the names of parts, see `Way`.
-    """
-
-    leg: PlacedLeg
+    leg: PlacedLeg  #: points, axes, rotations and compliances are arrays of objects, in world axes
+    #: tuple of Entry: gaps, zero when the leg meets the platform: squares of sines, and of shifts
+    #: over the length of the rod or crank. Those that vanish at all samples are left out.
     gap: tuple[Any, ...]
+    #: tuple of Entry: lengths of the telescopes' beams that must be positive [m]
     lengths: tuple[Any, ...]
+    #: callable: records the leg coordinate of a place in the coordinate vector [m, rad]
     coordinate: Callable[[int], Any]
-    platform: FormulaPose
-    losses: tuple[Any, ...] = ()
+    platform: FormulaPose  #: where the leg holds the platform
+    losses: tuple[Any, ...] = ()  #: tuple of Entry: digits that the closure loses
+    #: what places the frames of its bodies, by the names of parts, see `Way`
     bodies: Mapping[str, tuple[Placing, str | None]] = field(default_factory=dict)
 
 

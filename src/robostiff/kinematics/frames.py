@@ -66,23 +66,12 @@ class Loop:
 
 @frozen
 class PlacedChain:
-    """A chain in the world, with its end frame.
-
-    Attributes
-    ----------
-    elements : tuple of PlacedFreedom, PlacedSpring or PlacedBlock
-    R : (..., 3, 3) array
-        Axes of the end frame.
-    p : (..., 3) array
-        Origin of the end frame [m].
-    loops : tuple of Loop
-        Of its parallel blocks.
-    """
+    """A chain in the world, with its end frame."""
 
     elements: tuple[PlacedElement, ...]
-    R: np.ndarray
-    p: np.ndarray
-    loops: tuple[Loop, ...] = ()
+    R: np.ndarray  #: (..., 3, 3): axes of the end frame
+    p: np.ndarray  #: (..., 3): origin of the end frame [m]
+    loops: tuple[Loop, ...] = ()  #: of its parallel blocks
 
     def gaps(self, R: np.ndarray, p: np.ndarray) -> list[Loop]:
         """Gaps between its end and a frame where it should be, then of the loops inside it."""

@@ -16,40 +16,23 @@ _REACHED = 1e-7
 
 @frozen
 class Posture:
-    """A robot at a batch of poses, one a row.
-
-    Attributes
-    ----------
-    robot : Robot
-    batch : tuple of int
-        Shape of the given batch.
-    pose : (N, 6) array
-        Platform pose: x, y, z, rotation vector [m, rad].
-    coordinates : tuple of (N, size) arrays
-        Of each leg [m, rad].
-    snapshot : Snapshot
-        The robot in the world, about its own reference point.
-    shift_gaps, turn_gaps : (N, legs) arrays
-        By how much each leg misses the platform [m], [rad].
-    undetermined : (N,) array of bool
-        Where a drive may have any coordinate, so that the one given is arbitrary, or the nearest
-        to home.
-    elsewhere : (N,) array of bool
-        Where all legs close, but no path without singularity was found that leads there from home.
-    length : float
-        Characteristic length of the closure [m].
-    """
+    """A robot at a batch of poses, one a row."""
 
     robot: Robot
-    batch: tuple[int, ...]
-    pose: np.ndarray
-    coordinates: tuple[np.ndarray, ...]
-    snapshot: Snapshot
+    batch: tuple[int, ...]  #: shape of the given batch
+    pose: np.ndarray  #: (N, 6): platform pose: x, y, z, rotation vector [m, rad]
+    coordinates: tuple[np.ndarray, ...]  #: tuple of (N, size) arrays: of each leg [m, rad]
+    snapshot: Snapshot  #: the robot in the world, about its own reference point
+    #: shift_gaps, turn_gaps (N, legs): by how much each leg misses the platform [m], [rad]
     shift_gaps: np.ndarray
     turn_gaps: np.ndarray
+    #: (N,): where a drive may have any coordinate, so that the one given is arbitrary, or the
+    #: nearest to home
     undetermined: np.ndarray
+    #: (N,): where all legs close, but no path without singularity was found that leads there from
+    #: home
     elsewhere: np.ndarray
-    length: float
+    length: float  #: characteristic length of the closure [m]
 
     def __repr__(self) -> str:
         count, reached = len(self.pose), int(np.count_nonzero(self.reached))

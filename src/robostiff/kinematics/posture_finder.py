@@ -420,23 +420,12 @@ def find_posture(robot: Robot, pose: Pose = None, *, near: Near = None) -> Postu
 
 @frozen
 class LegPosture:
-    """One posture in which a leg reaches a pose.
-
-    Attributes
-    ----------
-    leg : str
-    coordinates : (size,) array
-        Of all its joints [m, rad].
-    mode : RootSigns
-        Signs that distinguish it from the others.
-    of_home : bool
-        Whether it belongs to the assembly mode of home, which `stiffness` takes.
-    """
+    """One posture in which a leg reaches a pose."""
 
     leg: str
-    coordinates: np.ndarray
-    mode: RootSigns
-    of_home: bool
+    coordinates: np.ndarray  #: (size,): of all its joints [m, rad]
+    mode: RootSigns  #: signs that distinguish it from the others
+    of_home: bool  #: whether it belongs to the assembly mode of home, which `stiffness` takes
 
 
 def postures(robot: Robot, pose: Pose = None) -> dict[str, tuple[LegPosture, ...]]:

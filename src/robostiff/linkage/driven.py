@@ -40,20 +40,11 @@ _FREE, _REGULAR, _ROUNDING = 1e-12, 1e-3, 1e-16
 
 @frozen
 class DrivenLinkage:
-    """The part of a linkage between base and platform, and the joints that drive it.
+    """The part of a linkage between base and platform, and the joints that drive it."""
 
-    Attributes
-    ----------
-    part : Linkage
-        From `essential`.
-    drives : tuple of str
-        Names of the joints whose coordinates are given.
-    home : Configuration
-        Closed, with the drives where they are at home; from `driven_by` it may be open.
-    """
-
-    part: Linkage
-    drives: tuple[str, ...]
+    part: Linkage  #: from `essential`
+    drives: tuple[str, ...]  #: names of the joints whose coordinates are given
+    #: closed, with the drives where they are at home; from `driven_by` it may be open
     home: Configuration
     # Without the answers that are kept.
     __getstate__: ClassVar[Callable[[Any], dict[str, Any]]] = Subject.__getstate__

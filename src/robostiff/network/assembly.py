@@ -69,48 +69,29 @@ class SumOfJoints:
 
 @dataclass
 class Assembly:
-    """A machine at a posture.
+    """A machine at a posture."""
 
-    Attributes
-    ----------
-    base, platform : str
-        Bodies, as those of members; a body is known by a key, which is no name.
-    legs : list of str
-        Names of what members belong to.
-    members : list of Member
-    points : dict of body to (3,) array
-        A point of each body between members [m].
-    names : dict of str to (NamedBody, (3,) array)
-        What carries loads and masses, and where it is when nothing else is said [m].
-    frames : dict of str to ((3, 3), (3,) arrays)
-        Axes and origin of bodies that have them.
-    joints : dict of str to (int, int)
-        Member and part of what takes a preload.
-    couplings : list of SumOfJoints
-    masses : list of (PlacedMass, NamedBody)
-    springs : tuple of PlacedBodySpring
-    nodes : dict of str to body
-        Bodies that results list by name.
-    expected : str
-        Names of bodies in words.
-    steady : sequence of DeadForce
-        On the platform at any load: with a moment (r,) [N m] besides, in balance with cables at
-        that posture.
-    """
-
+    #: base, platform: bodies, as those of members; a body is known by a key, which is no name
     base: Body
     platform: Body
-    legs: list[str] = field(default_factory=list)
+    legs: list[str] = field(default_factory=list)  #: names of what members belong to
     members: list[Member] = field(default_factory=list)
+    #: a point of each body between members [m]
     points: dict[Body, np.ndarray] = field(default_factory=dict)
+    #: what carries loads and masses, and where it is when nothing else is said [m]
     names: dict[str, tuple[NamedBody, np.ndarray]] = field(default_factory=dict)
+    #: axes and origin of bodies that have them
     frames: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    #: member and part of what takes a preload
     joints: dict[str, tuple[int, int]] = field(default_factory=dict)
     couplings: list[SumOfJoints] = field(default_factory=list)
+    #: list of (PlacedMass, NamedBody)
     masses: list[tuple[PlacedMass, NamedBody]] = field(default_factory=list)
     springs: tuple[PlacedBodySpring, ...] = ()
-    nodes: dict[str, Body] = field(default_factory=dict)
-    expected: str = "platform or leg/part"
+    nodes: dict[str, Body] = field(default_factory=dict)  #: bodies that results list by name
+    expected: str = "platform or leg/part"  #: names of bodies in words
+    #: sequence of DeadForce: on the platform at any load: with a moment (r,) [N m] besides, in
+    #: balance with cables at that posture
     steady: Sequence[Any] = ()
     moment: np.ndarray = field(default_factory=lambda: np.zeros(6))
 

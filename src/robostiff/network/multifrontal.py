@@ -115,23 +115,13 @@ Panel = tuple[np.ndarray, np.ndarray]
 
 @frozen
 class CholeskyFactors:
-    """``K = L L^T`` of bodies with n displacements each.
+    """``K = L L^T`` of bodies with n displacements each."""
 
-    Attributes
-    ----------
-    order : (m n,) array of int
-        Rows of their unknowns in the order of elimination; in all others a solution is 0.
-    panels : sequence of Panel
-        Of all bodies but the last.
-    size : int
-        Displacements n of a body.
-    last : Panel or None
-        Of the last body; None where the others leave it no stiffness in some direction.
-    """
-
+    #: (m n,): rows of their unknowns in the order of elimination; in all others a solution is 0
     order: np.ndarray
-    panels: Sequence[Panel]
-    size: int
+    panels: Sequence[Panel]  #: of all bodies but the last
+    size: int  #: displacements n of a body
+    #: of the last body; None where the others leave it no stiffness in some direction
     last: Panel | None
 
     @staticmethod

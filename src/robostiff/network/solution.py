@@ -274,23 +274,14 @@ class InternalLoads:
 
 @frozen
 class LoadedNetwork:
-    """The solution of the equations of a network under a right side.
+    """The solution of the equations of a network under a right side."""
 
-    Attributes
-    ----------
-    status : Status
-        ``UNBALANCED`` where the loads drive a motion without stiffness, ``ILL_CONDITIONED`` where
-        few digits hold: nothing else has a meaning then.
-    system : SaddlePointSystem
-    driven : Mechanism or None
-        The motion that loads drive.
-    right, x : (size,) arrays
-        Loads; displacements and wrenches. All scaled.
-    """
-
+    #: ``UNBALANCED`` where the loads drive a motion without stiffness, ``ILL_CONDITIONED`` where
+    #: few digits hold: nothing else has a meaning then
     status: Status
     system: SaddlePointSystem
-    driven: Mechanism | None
+    driven: Mechanism | None  #: the motion that loads drive
+    #: right, x (size,): loads; displacements and wrenches. All scaled.
     right: np.ndarray
     x: np.ndarray
 

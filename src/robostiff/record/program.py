@@ -50,20 +50,11 @@ class ProgramSteps:
 
 @frozen
 class Program:
-    """Operations without branches, from inputs to outputs.
+    """Operations without branches, from inputs to outputs."""
 
-    Attributes
-    ----------
-    inputs : tuple of str
-        The first steps are the inputs, in this order.
-    steps : ProgramSteps
-    outputs : tuple of int
-        Steps that are the results.
-    """
-
-    inputs: tuple[str, ...]
+    inputs: tuple[str, ...]  #: the first steps are the inputs, in this order
     steps: ProgramSteps
-    outputs: tuple[int, ...]
+    outputs: tuple[int, ...]  #: steps that are the results
 
     @classmethod
     def of(

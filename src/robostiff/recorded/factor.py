@@ -30,25 +30,16 @@ Upper = Mapping[tuple[int, int], Any]
 
 @frozen
 class Factors:
-    """K = sum over pivots of l d u^T.
+    """K = sum over pivots of l d u^T."""
 
-    Attributes
-    ----------
-    columns, rows : list of lists
-        l and u of each pivot, alike where K is symmetric; 1 at the pivot, 0 at those before.
-    d : list of entries or numbers
-        All positive where K is positive definite.
-    pivots : list of int
-    losses : list of entries or numbers
-        By how much each pivot is smaller than the sum of its diagonal entry and that at the
-        samples.
-    size : int
-    """
-
+    #: columns, rows: list of lists: l and u of each pivot, alike where K is symmetric; 1 at the
+    #: pivot, 0 at those before
     columns: list[list[Any]]
     rows: list[list[Any]]
-    d: list[Any]
+    d: list[Any]  #: list of entries or numbers: all positive where K is positive definite
     pivots: list[int]
+    #: list of entries or numbers: by how much each pivot is smaller than the sum of its diagonal
+    #: entry and that at the samples
     losses: list[Any]
     size: int
 

@@ -68,59 +68,32 @@ _ELASTIC = 1e-9  # of the largest compliance
 
 @frozen
 class RecordedLeg:
-    """Wrenches and compliances of a leg, K = sum of w w^T / mu.
-
-    Attributes
-    ----------
-    name : str
-    wrenches : list of Column
-        World axes, about the reference point; conjugate to one another.
-    mu : list of entries or numbers
-        Compliance under each wrench [m/N, rad/(N m)].
-    losses : list of entries or numbers
-        Of the recorded pivots; large where digits are lost, or a wrench is nearly rigid.
-    redundant : tuple of bool
-        Of the passive joints.
-    alone : tuple of entries or numbers
-        Of the passive joints squares that vanish where one becomes redundant; nothing is divided
-        by them.
-    frame : int
-        Which of the working frames it was recorded in.
-    basis : list of Column
-        The wrenches W before they were made conjugate; world axes, about the reference point.
-    energy : nested list
-        W^T C W of this basis (m, m).
-    """
+    """Wrenches and compliances of a leg, K = sum of w w^T / mu."""
 
     name: str
-    wrenches: list[Column]
-    mu: list[Any]
+    wrenches: list[Column]  #: world axes, about the reference point; conjugate to one another
+    mu: list[Any]  #: list of entries or numbers: compliance under each wrench [m/N, rad/(N m)]
+    #: list of entries or numbers: of the recorded pivots; large where digits are lost, or a wrench
+    #: is nearly rigid
     losses: list[Any]
-    redundant: tuple[bool, ...]
+    redundant: tuple[bool, ...]  #: of the passive joints
+    #: tuple of entries or numbers: of the passive joints squares that vanish where one becomes
+    #: redundant; nothing is divided by them
     alone: tuple[Any, ...]
-    frame: int
+    frame: int  #: which of the working frames it was recorded in
+    #: the wrenches W before they were made conjugate; world axes, about the reference point
     basis: list[Column]
-    energy: list[list[Any]]
+    energy: list[list[Any]]  #: nested list: W^T C W of this basis (m, m)
 
 
 @frozen
 class LegRecorder:
-    """Records legs of a robot about one reference point.
-
-    Attributes
-    ----------
-    record : Record
-    reference : (3,) array
-        Reference point in the world, entries or numbers.
-    space : Space
-    length : float
-        Characteristic length [m].
-    """
+    """Records legs of a robot about one reference point."""
 
     record: Record
-    reference: np.ndarray
+    reference: np.ndarray  #: (3,): reference point in the world, entries or numbers
     space: Space
-    length: float
+    length: float  #: characteristic length [m]
 
     def leg(self, leg: PlacedLeg, frame: int | None = None) -> RecordedLeg:
         """Record a leg, in a given working frame or in that with the shortest record.

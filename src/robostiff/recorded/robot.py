@@ -36,58 +36,35 @@ _CHOSEN = 1e-10
 
 @frozen
 class RecordedRobot:
-    """The stiffness of a robot about its reference point as a record, world axes.
-
-    Attributes
-    ----------
-    name : str
-    record : Record
-        Its inputs are pose coordinates, or the coordinates of the legs, and parameters.
-    space : Space
-    length : float
-        Characteristic length [m].
-    legs : tuple of RecordedLeg
-        One of all ways to hold the platform, where it is flexible.
-    K : dict of (row, column) to entries or numbers
-        Upper triangle [N/m, N, N m].
-    reach : tuple of entries
-        Negative where a leg does not close: what stands below the square roots of its closure and
-        the lengths of its telescopes, as parts of what they are at the samples, and what is missed.
-    closure_losses : tuple of entries
-        Of the closure: large where a leg has two ways that are as good, or a drive is undetermined.
-    limits : tuple of entries
-        Negative where an actuator is beyond its limits.
-    joints : tuple of str
-        Inputs that are coordinates of the legs; none where pose coordinates are the inputs.
-    closure : RecordedClosure or None
-        From pose coordinates to the coordinates of the legs.
-    mass : entry, number or None
-        Of all parts, as far as it is known [kg]; None of a linkage.
-    gaps : tuple of entries
-        Those of `reach` that say what is missed: near zero wherever the legs close.
-    tests : tuple of entries
-        1 where the record holds, 0 elsewhere.
-    flags : mapping of Flag to entries or numbers
-        1 where they hold, 0 elsewhere; of a cable robot.
-    tensions : mapping of str to entries or numbers
-        Of the cables of a cable robot, by name [N].
-    """
+    """The stiffness of a robot about its reference point as a record, world axes."""
 
     name: str
+    #: its inputs are pose coordinates, or the coordinates of the legs, and parameters
     record: Record
     space: Space
-    length: float
-    legs: tuple[RecordedLeg, ...]
+    length: float  #: characteristic length [m]
+    legs: tuple[RecordedLeg, ...]  #: one of all ways to hold the platform, where it is flexible
+    #: dict of (row, column) to entries or numbers: upper triangle [N/m, N, N m]
     K: dict[tuple[int, int], Any]
+    #: tuple of entries: negative where a leg does not close: what stands below the square roots of
+    #: its closure and the lengths of its telescopes, as parts of what they are at the samples, and
+    #: what is missed
     reach: tuple[Any, ...]
+    #: tuple of entries: of the closure: large where a leg has two ways that are as good, or a drive
+    #: is undetermined
     closure_losses: tuple[Any, ...]
-    limits: tuple[Any, ...]
+    limits: tuple[Any, ...]  #: tuple of entries: negative where an actuator is beyond its limits
+    #: inputs that are coordinates of the legs; none where pose coordinates are the inputs
     joints: tuple[str, ...] = ()
-    closure: RecordedClosure | None = None
+    closure: RecordedClosure | None = None  #: from pose coordinates to the coordinates of the legs
+    #: entry, number or None: of all parts, as far as it is known [kg]; None of a linkage
     mass: Any = None
+    #: tuple of entries: those of `reach` that say what is missed: near zero wherever the legs close
     gaps: tuple[Any, ...] = ()
-    tests: tuple[Any, ...] = ()
+    tests: tuple[Any, ...] = ()  #: tuple of entries: 1 where the record holds, 0 elsewhere
+    #: mapping of Flag to entries or numbers: 1 where they hold, 0 elsewhere; of a cable robot
     flags: Mapping[Flag, Any] = field(default_factory=dict)
+    #: mapping of str to entries or numbers: of the cables of a cable robot, by name [N]
     tensions: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property

@@ -102,23 +102,14 @@ class LoadedSpring:
 
 @frozen
 class CarriedLoads:
-    """What a robot carries at a state, under a share of preloads and of forces on legs.
-
-    Attributes
-    ----------
-    problem : EquilibriumProblem
-    state : State
-    share : float
-    small : bool
-        Whether loads are small, and act where the robot is without them.
-    forces : (S, 3) array or None
-        On the first points of springs between bodies, where these are not those at the state [N].
-    """
+    """What a robot carries at a state, under a share of preloads and of forces on legs."""
 
     problem: EquilibriumProblem
     state: State
     share: float = 1.0
-    small: bool = False
+    small: bool = False  #: whether loads are small, and act where the robot is without them
+    #: (S, 3): on the first points of springs between bodies, where these are not those at the state
+    #: [N]
     forces: np.ndarray | None = None
 
     @property
@@ -328,20 +319,13 @@ def shares(each: Iterable[tuple[str, str, float]]) -> tuple[PartShare, ...]:
 
 @frozen
 class BodyPlaces:
-    """The bodies of a robot at a state.
+    """The bodies of a robot at a state."""
 
-    Attributes
-    ----------
-    behind : mapping of str to BodyPlace
-        By ``leg/part``: the body behind that joint or elastic part. Rigid joints are not listed:
-        the body behind them is that before.
-    platform : BodyPlace
-    nodes : mapping of str to BodyPlace
-        Of a flexible platform, and the moving ones of a network.
-    """
-
+    #: by ``leg/part``: the body behind that joint or elastic part. Rigid joints are not listed: the
+    #: body behind them is that before.
     behind: Mapping[str, BodyPlace]
     platform: BodyPlace
+    #: of a flexible platform, and the moving ones of a network
     nodes: Mapping[str, BodyPlace] = field(default_factory=dict)
 
     def since(self, other: BodyPlaces) -> BodyPlaces:

@@ -48,30 +48,16 @@ Again = Callable[[Acting], LoadedPosture]
 
 @frozen
 class Solution:
-    """How one equilibrium was found, or why there is none.
-
-    Attributes
-    ----------
-    status : Status
-    critical : CriticalPoint or None
-        Where stability is lost on the way to the full load.
-    margins : mapping of str to float
-        Of the platform, and of every leg with the platform held, by name: the least ratio of the
-        curvature of the energy to that without load.
-    held : bool
-        Whether the pose of the platform was given, and the wrench follows.
-    found : FoundEquilibrium or None
-        Where Newton's method ended.
-    loaded : LoadedPosture or None
-        The robot from which it began.
-    """
+    """How one equilibrium was found, or why there is none."""
 
     status: Status
-    critical: CriticalPoint | None = None
+    critical: CriticalPoint | None = None  #: where stability is lost on the way to the full load
+    #: of the platform, and of every leg with the platform held, by name: the least ratio of the
+    #: curvature of the energy to that without load
     margins: Mapping[str, float] = field(default_factory=dict)
-    held: bool = False
-    found: FoundEquilibrium | None = None
-    loaded: LoadedPosture | None = None
+    held: bool = False  #: whether the pose of the platform was given, and the wrench follows
+    found: FoundEquilibrium | None = None  #: where Newton's method ended
+    loaded: LoadedPosture | None = None  #: the robot from which it began
 
     @property
     def margin(self) -> float:

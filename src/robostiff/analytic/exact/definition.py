@@ -15,22 +15,13 @@ from robostiff.frozen import frozen
 
 @frozen
 class Definition:
-    """A named intermediate: ``symbol = expression`` of symbols given or defined before.
-
-    Attributes
-    ----------
-    symbol : sympy.Symbol
-    expression : sympy.Expr
-    parts : tuple of str
-        Beams or drives of which it is a stiffness, or materials of which it is a modulus.
-    unit : str
-        Of the stiffness of a drive.
-    """
+    """A named intermediate: ``symbol = expression`` of symbols given or defined before."""
 
     symbol: sp.Symbol
     expression: sp.Expr
+    #: beams or drives of which it is a stiffness, or materials of which it is a modulus
     parts: tuple[str, ...] = field(default=(), compare=False, repr=False)
-    unit: str = field(default="", compare=False, repr=False)
+    unit: str = field(default="", compare=False, repr=False)  #: of the stiffness of a drive
 
 
 def used_definitions(
@@ -166,24 +157,13 @@ def _symmetric(n: int, upper: dict[tuple[int, int], Any]) -> sp.ImmutableMatrix:
 
 @frozen
 class Condition:
-    """A condition under which a formula holds.
+    """A condition under which a formula holds."""
 
-    Attributes
-    ----------
-    words : str
-        Such as "leg 'ram' meets the platform".
-    expression : sympy.Expr
-        In given symbols; positive where it holds.
-    equations : tuple of sympy.Expr
-        Differences that vanish there, of legs in their joint coordinates.
-    leg : str
-        The leg of which the words speak; empty where they speak of none.
-    """
-
-    words: str
-    expression: sp.Expr
+    words: str  #: such as "leg 'ram' meets the platform"
+    expression: sp.Expr  #: in given symbols; positive where it holds
+    #: differences that vanish there, of legs in their joint coordinates
     equations: tuple[sp.Expr, ...] = ()
-    leg: str = ""
+    leg: str = ""  #: the leg of which the words speak; empty where they speak of none
 
 
 @frozen

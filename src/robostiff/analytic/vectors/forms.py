@@ -55,66 +55,43 @@ class VectorForm(Formula):
     ``D = diag(L/EA, L^3/(12 EI_z), L^3/(12 EI_y), L/GJ, L/EI_y, L/EI_z)`` about its middle. Its
     stiffness is then ``W (W^T C W)^-1 W^T``, where W has the wrenches that do no work on the
     twists of its passive joints; of an arm, which has none, C^-1.
-
-    Attributes
-    ----------
-    names : tuple of Definition
-        Products of beams and the like.
-    space : Space
-    pose : tuple of Equation
-        Point and rotation of the platform.
-    leg : tuple of Equation
-        Of one generic leg i, in the order in which they can be computed.
-    wrenches : tuple of (str, str)
-        Names of its wrenches and of their compliances.
-    columns : dict of names to tuples of SymPy expressions
-        What differs between the legs, one row a leg.
-    legs : tuple of str
-        Their names.
-    turned : tuple of tuples of str
-        Legs that are turns of one another about the vertical, where only angles differ.
-    average : sympy.ImmutableMatrix or None
-        K in the components u_x, ..., m_z of the wrench of the first leg, and in c, where the
-        wrenches of all legs are turns of it, or mirror images.
-    rods : tuple of (int, str, tuple of sympy.Expr)
-        Rods in parallel: number of the leg, name, and the vector r_ij from the middle of the rods
-        of that leg to the end of this one, in the platform's axes.
-    of_rod : tuple of Equation
-        The couple v_ij of a rod, and its compliance c_r.
-    others : tuple of VectorForm
-        Of legs of another kind, such as a post.
-    coupled : tuple of tuples of str
-        Where wrenches of a leg share energy: names of the entries of the matrix C_i of what pairs
-        of them meet, empty for zero. The leg's stiffness is W_i C_i^-1 W_i^T.
-    drives : tuple of (str, str, sympy.Expr)
-        Name of the joint, that of its twist, and its compliance.
-    beams : tuple of (str, str, str, tuple of sympy.Expr)
-        Name of the part, that of its axes, that of the vector from the reference point to its
-        middle, and L, EA, EI_y, EI_z and GJ.
-    passive : tuple of str
-        Names of the twists of passive joints, none of which depends on the others.
-    modules : tuple of (str, str, str, RobotDerivation or sympy.ImmutableMatrix)
-        Robots inside an arm, and links given by a matrix: name, those of their axes, ``1`` for the
-        world's, and of the vector from the reference point to their end, and the derivation of
-        the stiffness, or the compliance, about this point in these axes.
     """
 
-    names: tuple[Definition, ...]
+    names: tuple[Definition, ...]  #: products of beams and the like
     space: Space
-    pose: tuple[Equation, ...] = ()
+    pose: tuple[Equation, ...] = ()  #: point and rotation of the platform
+    #: of one generic leg i, in the order in which they can be computed
     leg: tuple[Equation, ...] = ()
+    #: tuple of (str, str): names of its wrenches and of their compliances
     wrenches: tuple[tuple[str, str], ...] = ()
+    #: dict of names to tuples of SymPy expressions: what differs between the legs, one row a leg
     columns: dict[str, tuple[Any, ...]] = field(default_factory=dict)
-    legs: tuple[str, ...] = ()
+    legs: tuple[str, ...] = ()  #: their names
+    #: legs that are turns of one another about the vertical, where only angles differ
     turned: tuple[tuple[str, ...], ...] = ()
+    #: sympy.ImmutableMatrix or None: K in the components u_x, ..., m_z of the wrench of the first
+    #: leg, and in c, where the wrenches of all legs are turns of it, or mirror images
     average: Any = None
+    #: tuple of (int, str, tuple of sympy.Expr): rods in parallel: number of the leg, name, and the
+    #: vector r_ij from the middle of the rods of that leg to the end of this one, in the platform's
+    #: axes
     rods: tuple[tuple[int, str, tuple[Any, ...]], ...] = ()
-    of_rod: tuple[Equation, ...] = ()
-    others: tuple[VectorForm, ...] = ()
+    of_rod: tuple[Equation, ...] = ()  #: the couple v_ij of a rod, and its compliance c_r
+    others: tuple[VectorForm, ...] = ()  #: of legs of another kind, such as a post
+    #: where wrenches of a leg share energy: names of the entries of the matrix C_i of what pairs of
+    #: them meet, empty for zero. The leg's stiffness is W_i C_i^-1 W_i^T.
     coupled: tuple[tuple[str, ...], ...] = ()
+    #: tuple of (str, str, sympy.Expr): name of the joint, that of its twist, and its compliance
     drives: tuple[tuple[str, str, Any], ...] = ()
+    #: tuple of (str, str, str, tuple of sympy.Expr): name of the part, that of its axes, that of
+    #: the vector from the reference point to its middle, and L, EA, EI_y, EI_z and GJ
     beams: tuple[tuple[str, str, str, tuple[Any, ...]], ...] = ()
+    #: names of the twists of passive joints, none of which depends on the others
     passive: tuple[str, ...] = ()
+    #: tuple of (str, str, str, RobotDerivation or sympy.ImmutableMatrix): robots inside an arm, and
+    #: links given by a matrix: name, those of their axes, ``1`` for the world's, and of the vector
+    #: from the reference point to their end, and the derivation of the stiffness, or the
+    #: compliance, about this point in these axes
     modules: tuple[tuple[str, str, str, Any], ...] = ()
 
     keeps_numbers = is_of_legs = True
@@ -270,20 +247,12 @@ def beam_compliances(L: Any, EA: Any, EI_y: Any, EI_z: Any, GJ: Any) -> list[Any
 
 @frozen
 class InSeries(VectorForm):
-    """The compliance of a serial arm in axes of its own, entry by entry.
+    """The compliance of a serial arm in axes of its own, entry by entry."""
 
-    Attributes
-    ----------
-    C : sympy.ImmutableMatrix
-        (n, n), in names; the stiffness in these axes is its inverse.
-    axes : sympy.ImmutableMatrix
-        Columns: its axes in the world (3 x 3).
-    arm : sympy.ImmutableMatrix
-        From the reference point to the origin of these axes (3 x 1) [m], world axes.
-    """
-
+    #: (n, n), in names; the stiffness in these axes is its inverse
     C: sp.ImmutableMatrix = sp.ImmutableMatrix()
-    axes: sp.ImmutableMatrix = sp.ImmutableMatrix()
+    axes: sp.ImmutableMatrix = sp.ImmutableMatrix()  #: columns: its axes in the world (3 x 3)
+    #: from the reference point to the origin of these axes (3 x 1) [m], world axes
     arm: sp.ImmutableMatrix = sp.ImmutableMatrix()
 
     def _written(self) -> tuple[Any, list[Definition]]:

@@ -161,16 +161,10 @@ def value_of(x: Any, known: Any, scalar: Callable[[Any], Any]) -> Any:  # noqa: 
 
 @frozen
 class Equation:
-    """``name = expression``; the name is that of a vector, a rotation or a scalar.
-
-    Attributes
-    ----------
-    name : str
-    expression : expression of vectors or of scalars, or text of matrices
-    """
+    """``name = expression``; the name is that of a vector, a rotation or a scalar."""
 
     name: str
-    expression: Any
+    expression: Any  #: expression of vectors or of scalars, or text of matrices
 
     @property
     def is_vector(self) -> bool:

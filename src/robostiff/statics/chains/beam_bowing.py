@@ -176,17 +176,10 @@ Beams = Bowing | Linear
 
 @frozen
 class Division:
-    """Into how many elements beams are divided where `Bowing` leaves that open.
+    """Into how many elements beams are divided where `Bowing` leaves that open."""
 
-    Attributes
-    ----------
-    least : int
-        Every beam.
-    parts : mapping of (str, str) to int
-        Those that bend far, by leg and part.
-    """
-
-    least: int = 1
+    least: int = 1  #: every beam
+    #: mapping of (str, str) to int: those that bend far, by leg and part
     parts: Mapping[tuple[str, str], int] = field(default_factory=dict)
 
     def of(self, leg: str, part: str) -> int:

@@ -90,19 +90,11 @@ class Bending:
     z^2) / 2 - (N - k u)^2 / (2 k)``, stationary in N, with ``h = N s - N^2 b / (1 + N l)``, u the
     stretch of the ends and k = EA/L. The forms shorten the line by ``s z^2 / 2``. b and l are those
     of an inner mode, in balance with z: where ``1 + N l`` is zero, it buckles between clamped ends.
-
-    Attributes
-    ----------
-    z : (..., F, m) array
-        F forms by the coordinates of the beam.
-    s : (..., F) array
-        [1/m] of shifts, [m] of turns.
-    b, l : (..., F) arrays
-        [1/N] of shifts, [m^2/N] of turns; [1/N]. Zero where there is no inner mode.
     """
 
-    z: np.ndarray
-    s: np.ndarray
+    z: np.ndarray  #: (..., F, m): F forms by the coordinates of the beam
+    s: np.ndarray  #: (..., F): [1/m] of shifts, [m] of turns
+    #: b, l (..., F): [1/N] of shifts, [m^2/N] of turns; [1/N]. Zero where there is no inner mode.
     b: np.ndarray
     l: np.ndarray
 

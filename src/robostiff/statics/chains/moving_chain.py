@@ -45,24 +45,14 @@ class FiniteTurn:
 
     ``W = I + b S + c S^2`` with ``S = (r x)``, ``a = |r|``, ``b = (1 - cos a)/a^2`` and
     ``c = (a - sin a)/a^3``.
-
-    Attributes
-    ----------
-    r : (..., 3) array
-        Rotation vectors [rad].
-    square : (..., 1) array
-        a^2.
-    R, W : (..., 3, 3) arrays
-        ``d exp(r x) = ((W dr) x) exp(r x)``.
-    factors : (..., 4) array
-        b, c, and their derivatives by a, divided by a.
     """
 
-    r: np.ndarray
-    square: np.ndarray
+    r: np.ndarray  #: (..., 3): rotation vectors [rad]
+    square: np.ndarray  #: (..., 1): a^2
+    #: R, W (..., 3, 3): ``d exp(r x) = ((W dr) x) exp(r x)``
     R: np.ndarray
     W: np.ndarray
-    factors: np.ndarray
+    factors: np.ndarray  #: (..., 4): b, c, and their derivatives by a, divided by a
 
     @staticmethod
     def of(r: np.ndarray) -> FiniteTurn:

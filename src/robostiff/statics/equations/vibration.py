@@ -39,26 +39,15 @@ _SAME, _SMALL = 1e-8, 1e-6
 
 @frozen
 class CarriedMass:
-    """A mass, and what carries it.
-
-    Attributes
-    ----------
-    mass : PlacedMass
-    spot : Spot
-        The body that carries it.
-    cuts : tuple of float
-        Where the elements of the elastic part along which it is begin and end, as parts of its
-        length; the last of them is before that body. Empty for a mass on a body.
-    part : PlacedSpring or None
-        That elastic part.
-    end : (3,) array
-        Where it ends at the unloaded posture [m].
-    """
+    """A mass, and what carries it."""
 
     mass: PlacedMass
-    spot: Spot
+    spot: Spot  #: the body that carries it
+    #: where the elements of the elastic part along which it is begin and end, as parts of its
+    #: length; the last of them is before that body. Empty for a mass on a body.
     cuts: tuple[float, ...] = ()
-    part: PlacedSpring | None = None
+    part: PlacedSpring | None = None  #: that elastic part
+    #: (3,): where it ends at the unloaded posture [m]
     end: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     @cached_property

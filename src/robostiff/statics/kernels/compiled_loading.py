@@ -47,27 +47,16 @@ _SAME, _ROUNDING = 1e-5, 1e-12
 
 @frozen
 class Platforms(PoseBatch):
-    """Loaded platforms at N poses, and how they move with the n parameters of their robot.
+    """Loaded platforms at N poses, and how they move with the n parameters of their robot."""
 
-    Attributes
-    ----------
-    points : (N, 3) array
-        Reference points in the world [m].
-    axes : (N, 3, 3) array
-        Columns: the axes of the platform in the world.
-    rates : (N, 6, n) array
-        Of the point and of the turn, world axes; not a number where they are not to be trusted.
-    drives : (N, 2, d) array
-        Deflections of elastic joints and what they carry [rad, m; N m, N].
-    drive_rates : (N, 2, d, n) array
-        Of both.
-    """
-
-    points: np.ndarray
-    axes: np.ndarray
+    points: np.ndarray  #: (N, 3): reference points in the world [m]
+    axes: np.ndarray  #: (N, 3, 3): columns: the axes of the platform in the world
+    #: (N, 6, n): of the point and of the turn, world axes; not a number where they are not to be
+    #: trusted
     rates: np.ndarray
+    #: (N, 2, d): deflections of elastic joints and what they carry [rad, m; N m, N]
     drives: np.ndarray
-    drive_rates: np.ndarray
+    drive_rates: np.ndarray  #: (N, 2, d, n): of both
 
 
 def _matrices(K: np.ndarray, wrench: np.ndarray, arms: np.ndarray) -> np.ndarray:
@@ -88,26 +77,13 @@ def _matrices(K: np.ndarray, wrench: np.ndarray, arms: np.ndarray) -> np.ndarray
 
 @dataclass(eq=False)
 class SolvedOnDemand(OnDemand):
-    """What `equilibrium` finds at poses and wrenches of a kernel, as it is asked for.
-
-    Attributes
-    ----------
-    loading : CompiledLoading
-    given : (N, n) array
-        Poses, or joint coordinates.
-    by_joints : bool
-    F : (N, r) array
-        Wrenches [N, N m].
-    levers : (N, ...) array
-        Behind those of hooks, forces at sites.
-    parameters : ParameterValues
-    """
+    """What `equilibrium` finds at poses and wrenches of a kernel, as it is asked for."""
 
     loading: CompiledLoading
-    given: np.ndarray
+    given: np.ndarray  #: (N, n): poses, or joint coordinates
     by_joints: bool
-    F: np.ndarray
-    levers: np.ndarray
+    F: np.ndarray  #: (N, r): wrenches [N, N m]
+    levers: np.ndarray  #: (N, ...): behind those of hooks, forces at sites
     parameters: ParameterValues[Robot]
 
     def __missing__(self, k: int) -> Solution:

@@ -60,32 +60,19 @@ _NO_POSTURE = Status.UNREACHABLE | Status.INFEASIBLE | Status.FORM_DOES_NOT_HOLD
 
 @frozen
 class LoadedPosture:
-    """A robot at one posture with its loads, ready to be solved.
-
-    Attributes
-    ----------
-    name : str
-    problem : EquilibriumProblem
-    space : Space
-    frame : tuple of (3, 3) and (3,) arrays
-        Axes and origin of the platform frame at the unloaded posture [m].
-    status : Status
-        What is to be said of the posture.
-    posed : Snapshot, Network or CableRobot
-        The robot at that posture; of cables the robot itself.
-    masses : CarriedMasses
-        That vibrate; none where an equilibrium alone is computed.
-    acting : Acting
-        The loads, and how they divide beams.
-    """
+    """A robot at one posture with its loads, ready to be solved."""
 
     name: str
     problem: EquilibriumProblem = field(compare=False)  # answers are compared by what was found
     space: Space
+    #: tuple of (3, 3) and (3,) arrays: axes and origin of the platform frame at the unloaded
+    #: posture [m]
     frame: tuple[np.ndarray, np.ndarray]
-    status: Status
-    posed: Snapshot | Network | CableRobot
+    status: Status  #: what is to be said of the posture
+    posed: Snapshot | Network | CableRobot  #: the robot at that posture; of cables the robot itself
+    #: that vibrate; none where an equilibrium alone is computed
     masses: CarriedMasses = field(default=_NO_MASSES, compare=False)
+    #: the loads, and how they divide beams
     acting: Acting = field(default_factory=Acting, compare=False)
 
     @property
@@ -123,24 +110,13 @@ def one_loaded_posture(
 
 @frozen
 class Postures:
-    """The unloaded postures of a robot; a snapshot, or a network, has the one that it is in.
+    """The unloaded postures of a robot; a snapshot, or a network, has the one that it is in."""
 
-    Attributes
-    ----------
-    robot : Robot, Snapshot, Network or CableRobot
-    request : PoseRequest or None
-        Poses of a robot of legs.
-    near : joint coordinates, optional
-    batch : tuple of int
-        Shape of its batch, () for one.
-    cables : CableStiffness or None
-        Of a cable robot without the loads: its tensions balance its weight.
-    """
-
-    robot: Any
-    request: PoseRequest | None = None
+    robot: Any  #: Robot, Snapshot, Network or CableRobot
+    request: PoseRequest | None = None  #: poses of a robot of legs
     near: Near = None
-    batch: tuple[int, ...] = ()
+    batch: tuple[int, ...] = ()  #: shape of its batch, () for one
+    #: of a cable robot without the loads: its tensions balance its weight
     cables: CableStiffness | None = None
 
     @cached_property
