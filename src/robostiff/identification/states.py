@@ -35,20 +35,15 @@ _MANY = 5_000
 
 @frozen
 class PlacesInStates:
-    """Platforms in S states, and their rates with n parameters, in world axes.
+    """Platforms in S states, and their rates with n parameters, in world axes."""
 
-    `points` (S, 3) and `axes` (S, 3, 3) are those of reference point and platform, `twists` (S, 6)
-    small displacements from there, `rates` (S, 6, n) those of both together. `drives` (S, 2, d) are
-    deflections of drives and what they carry, `drive_rates` (S, 2, d, n) their rates.
-    """
-
-    points: np.ndarray
-    axes: np.ndarray
-    twists: np.ndarray
-    rates: np.ndarray
+    points: np.ndarray  # (S, 3): reference points
+    axes: np.ndarray  # (S, 3, 3): of the platforms
+    twists: np.ndarray  # (S, 6): small displacements from there
+    rates: np.ndarray  # (S, 6, n): of both together
     status_codes: np.ndarray
-    drives: np.ndarray
-    drive_rates: np.ndarray
+    drives: np.ndarray  # (S, 2, d): deflections of drives, and what they carry
+    drive_rates: np.ndarray  # (S, 2, d, n)
 
 
 @frozen
