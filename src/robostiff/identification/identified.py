@@ -256,8 +256,9 @@ class Identified(InNotebooks):
         """How rare a reading (N,) as far from the fit to the others would be: F of both sums."""
         from scipy.stats import f
 
-        reading = self.model.of_reading[self.fit.known]
-        size = np.maximum(np.bincount(reading, minlength=len(self.measured)), 1)
+        (count, width), read = self.measured.values.shape, self.model.read
+        reading = np.repeat(np.arange(count), width)[read][self.fit.known]
+        size = np.maximum(np.bincount(reading, minlength=count), 1)
         rest = np.maximum(self.degrees_of_freedom - size, 1)
         less, known = self._left_out[1], self.fit.known
         # residuals of this size are rounding, which has no outliers

@@ -101,12 +101,6 @@ class ReadingModel:
         return sigma if self.by_loads is None else np.hypot(sigma, self.by_loads)
 
     @cached_property
-    def of_reading(self) -> np.ndarray:
-        """Reading of each number (M,)."""
-        count, width = self.measured.values.shape
-        return np.repeat(np.arange(count), width)[self.read]
-
-    @cached_property
     def marker_places(self) -> np.ndarray:
         """Marker of each reading (N,), by its number; 0 of one of a drive."""
         places = {name: k for k, name in enumerate(self.names)}

@@ -305,9 +305,7 @@ class SmallLoads:
         B = R @ self.states.levers
         W = self.states.wrenches.copy()
         W[:, 3:] += B[:, [1, 2, 0], [2, 0, 1]] - B[:, [2, 0, 1], [1, 2, 0]]
-        compliances = [answer.values[output.name] for output in compiled.kernel.outputs]
-        moved = np.zeros((len(W), 6, len(compliances)))
-        for k, C in enumerate(compliances):
-            moved[:, rows, k] = np.einsum("sij,sj->si", C, W[:, rows])
-        none, moves = np.zeros((len(W), 2, 0)), (moved[:, :, 0], moved[:, :, 1:])
+        C = np.array([answer.values[output.name] for output in compiled.kernel.outputs])
+        moved = self.robot.space.spatial(np.einsum("ksij,sj->ski", C, W[:, rows]))
+        none, moves = np.zeros((len(W), 2, 0)), (moved[:, 0], np.moveaxis(moved[:, 1:], 1, 2))
         return PlacesInStates(points, R, *moves, answer.status_codes, none, none[..., None])

@@ -195,10 +195,8 @@ class MapJob:
             return values.reshape(-1, count).T
         columns = np.empty((len(self.columns.names), count))
         for k, (name, home) in enumerate(zip(self.columns.names, self.columns.home, strict=True)):
-            if name in self.source.names:
-                columns[k] = values[self.source.names.index(name)].reshape(count)
-            else:
-                columns[k] = home
+            own = name in self.source.names
+            columns[k] = values[self.source.names.index(name)].reshape(count) if own else home
         return columns.T
 
     def selection(self, poses: np.ndarray) -> np.ndarray | None:
