@@ -46,15 +46,27 @@ def checked_metric(metric: ArrayLike, size: int) -> np.ndarray:
 
 @frozen
 class Eigenstiffness:
-    """Eigenvalues of K in a metric, and the motions that they belong to."""
+    """Eigenvalues of K in a metric, and the motions that they belong to.
+
+    Attributes
+    ----------
+    values : (n,) array
+        Ascending [N/m]; exactly zero for free motions.
+    twists : (n, n) array
+        Rows; of unit size in the metric, and conjugate to one another in it and in K.
+    motions : tuple of FreeMotion
+        The same in words; those with a value of zero are free.
+    length : float or None
+        The characteristic length [m]; None where a metric was given.
+    status : Status
+    """
 
     about: ClassVar[str] = "K x = k M x, with rotations measured in lengths"
     unit: ClassVar[str] = "N/m"
-    values: np.ndarray  #: (n,): ascending [N/m]; exactly zero for free motions
-    #: (n, n): rows; of unit size in the metric, and conjugate to one another in it and in K
+    values: np.ndarray
     twists: np.ndarray
-    motions: tuple[FreeMotion, ...]  #: the same in words; those with a value of zero are free
-    length: float | None  #: the characteristic length [m]; None where a metric was given
+    motions: tuple[FreeMotion, ...]
+    length: float | None
     status: Status
 
 
@@ -115,14 +127,24 @@ def eigenstiffness(
 
 @frozen
 class ConditionNumber:
-    """Condition numbers of K: 1 where it is the same in all directions, otherwise larger."""
+    """Condition numbers of K: 1 where it is the same in all directions, otherwise larger.
+
+    Attributes
+    ----------
+    two_norm : float or None
+        Largest over smallest eigenvalue of the scaled K; None where K is singular.
+    frobenius : float or None
+        ``|K|_F |C|_F / n`` of the scaled matrices.
+    length : float
+        The characteristic length [m].
+    status : Status
+    """
 
     about: ClassVar[str] = "of K with rotations measured in lengths"
     unit: ClassVar[str] = "1"
-    #: largest over smallest eigenvalue of the scaled K; None where K is singular
     two_norm: float | None
-    frobenius: float | None  #: ``|K|_F |C|_F / n`` of the scaled matrices
-    length: float  #: the characteristic length [m]
+    frobenius: float | None
+    length: float
     status: Status
 
     @property
@@ -175,17 +197,28 @@ def condition_number(result: Stiffness, *, length: float | None = None) -> Condi
 
 @frozen
 class VirtualWork:
-    """Work of loads of unit size, ``|f|^2 + |m|^2 / L^2 = (1 N)^2``."""
+    """Work of loads of unit size, ``|f|^2 + |m|^2 / L^2 = (1 N)^2``.
+
+    Attributes
+    ----------
+    worst : float or None
+        Largest work over all such loads [J/N^2]; None where some load drives a free motion, or no
+        digit of the compliance holds.
+    mean : float or None
+        Mean over all directions [J/N^2].
+    worst_wrench : (n,) array or None
+        The load that does most: a force [N] and a moment [N m] about the reference point.
+    length : float
+        The characteristic length [m].
+    status : Status
+    """
 
     about: ClassVar[str] = "1/2 F^T C F over loads of unit size"
     unit: ClassVar[str] = "J/N^2"
-    #: largest work over all such loads [J/N^2]; None where some load drives a free motion, or no
-    #: digit of the compliance holds
     worst: float | None
-    mean: float | None  #: over all directions [J/N^2]
-    #: (n,): the load that does most, a force [N] and a moment [N m] about the reference point
+    mean: float | None
     worst_wrench: np.ndarray | None
-    length: float  #: the characteristic length [m]
+    length: float
     status: Status
 
 

@@ -105,13 +105,22 @@ def collinear_stiffness(result: Stiffness) -> CollinearStiffness:
 
 @frozen
 class Anisotropy:
-    """Largest over smallest principal compliance, of forces and of moments."""
+    """Largest over smallest principal compliance, of forces and of moments.
+
+    Attributes
+    ----------
+    translational : float or None
+        1 where a unit force displaces alike in every direction; None where some force meets no
+        stiffness.
+    rotational : float or None
+        In the plane, with one rotation alone, 1.
+    status : Status
+    """
 
     about: ClassVar[str] = "largest over smallest principal compliance"
     unit: ClassVar[str] = "1"
-    #: 1 where a unit force displaces alike in every direction; None where some meets no stiffness
     translational: float | None
-    rotational: float | None  #: in the plane, with one rotation alone, 1
+    rotational: float | None
     status: Status
 
 
@@ -136,16 +145,28 @@ _SMALL = 1e-7
 
 @frozen
 class DirectionalStiffness:
-    """Stiffness of the platform along a direction."""
+    """Stiffness of the platform along a direction.
+
+    Attributes
+    ----------
+    direction : (d,) array
+        Unit vector, in world axes.
+    free : float
+        Force along it per displacement along it, everything else free: 1 / (u^T C_tt u) [N/m].
+        Zero where the force drives a free motion (status ``UNBALANCED``), or meets a stiffness that
+        is not above rounding (``ILL_CONDITIONED``).
+    held : float
+        The same with all other displacements and rotations held: u^T K_tt u [N/m].
+    unit : str
+        N/m, or N m/rad for moments.
+    status : Status
+    """
 
     about: ClassVar[str] = "along one direction, everything else free, or held"
-    direction: np.ndarray  #: (d,): unit vector, in world axes
-    #: force along it per displacement along it, everything else free: 1 / (u^T C_tt u) [N/m]; zero
-    #: where the force drives a free motion (status ``UNBALANCED``), or meets a stiffness that is
-    #: not above rounding (``ILL_CONDITIONED``)
+    direction: np.ndarray
     free: float
-    held: float  #: the same with all other displacements and rotations held: u^T K_tt u [N/m]
-    unit: str  #: N/m, or N m/rad for moments
+    held: float
+    unit: str
     status: Status
 
 
@@ -249,17 +270,27 @@ def _vector(vector: ArrayLike, subject: str) -> np.ndarray:
 class WorstDeflections:
     """Largest displacement per unit force, largest rotation per unit moment, and their directions.
 
-    None where some force or moment meets no stiffness.
+    Attributes
+    ----------
+    translational : float or None
+        Displacement of the reference point per force through it [m/N]; None where some force
+        meets no stiffness.
+    translational_direction : (d,) array
+        Of that force and of the displacement; of a force that meets none where there is one.
+    rotational : float or None
+        Rotation per moment [rad/(N m)]; None where some moment meets no stiffness.
+    rotational_direction : (r,) array
+    status : Status
+        ``UNBALANCED`` as well where one of them is None because of a free motion.
     """
 
     about: ClassVar[str] = "over all directions of a unit force, and of a unit moment"
     units: ClassVar[tuple[str, str]] = ("m/N", "rad/(N m)")
-    translational: float | None  #: displacement of the reference point per force through it [m/N]
-    #: (d,): of that force and of the displacement; of a force that meets none where there is one
+    translational: float | None
     translational_direction: np.ndarray
-    rotational: float | None  #: rotation per moment [rad/(N m)]
-    rotational_direction: np.ndarray  #: (r,)
-    status: Status  #: ``UNBALANCED`` as well where one is None because of a free motion
+    rotational: float | None
+    rotational_direction: np.ndarray
+    status: Status
 
 
 def worst_deflection(result: Stiffness) -> WorstDeflections:

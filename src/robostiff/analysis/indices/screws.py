@@ -18,45 +18,82 @@ _SMALL = 1e-7
 
 @frozen
 class Eigenwrench:
-    """A wrench that displaces the platform parallel to its force, without turning it."""
+    """A wrench that displaces the platform parallel to its force, without turning it.
 
-    stiffness: float  #: force per displacement [N/m]; zero along a free translation
-    direction: np.ndarray  #: (3,): unit vector of force and displacement
-    #: line and pitch [m] of the wrench; a pitch of zero is a pure force; None where the translation
-    #: is free
+    Attributes
+    ----------
+    stiffness : float
+        Force per displacement [N/m]; zero along a free translation.
+    direction : (3,) array
+        Unit vector of force and displacement.
+    screw : Screw or None
+        Line and pitch [m] of the wrench; a pitch of zero is a pure force. None where the
+        translation is free.
+    """
+
+    stiffness: float
+    direction: np.ndarray
     screw: Screw | None
 
 
 @frozen
 class Eigentwist:
-    """A twist whose rotation is parallel to the pure couple that causes it."""
+    """A twist whose rotation is parallel to the pure couple that causes it.
 
-    stiffness: float  #: couple per rotation [N m/rad]; zero where the platform turns freely
-    direction: np.ndarray  #: (3,): unit vector of couple and rotation
-    #: line and pitch [m/rad] of the twist; a pitch of zero is a pure rotation; with free
-    #: translations it is the one that has no part of them
+    Attributes
+    ----------
+    stiffness : float
+        Couple per rotation [N m/rad]; zero where the platform turns freely.
+    direction : (3,) array
+        Unit vector of couple and rotation.
+    screw : Screw
+        Line and pitch [m/rad] of the twist; a pitch of zero is a pure rotation. With free
+        translations it is the one that has no part of them.
+    """
+
+    stiffness: float
+    direction: np.ndarray
     screw: Screw
 
 
 @frozen
 class CompliantAxis:
-    """A line along which a force only displaces, and about which a couple only turns."""
+    """A line along which a force only displaces, and about which a couple only turns.
 
-    direction: np.ndarray  #: (3,)
-    point: np.ndarray  #: (3,) [m]
-    translational: float  #: [N/m]
-    rotational: float  #: [N m/rad]
+    Attributes
+    ----------
+    direction, point : (3,) array
+    translational : float
+        [N/m].
+    rotational : float
+        [N m/rad].
+    """
+
+    direction: np.ndarray
+    point: np.ndarray
+    translational: float
+    rotational: float
 
 
 @frozen
 class Eigenscrews:
-    """Eigenwrenches and eigentwists, those of least stiffness first, and compliant axes."""
+    """Eigenwrenches and eigentwists, those of least stiffness first, and compliant axes.
+
+    Attributes
+    ----------
+    wrenches : tuple of Eigenwrench
+        Three, or two in the plane.
+    twists : tuple of Eigentwist
+        Three, or one in the plane.
+    compliant_axes : tuple of CompliantAxis
+        Lines that are both the axis of an eigenwrench and of an eigentwist, both without pitch.
+    status : Status
+    """
 
     about: ClassVar[str] = "independent of the reference point, and of any characteristic length"
     units: ClassVar[tuple[str, str]] = ("N/m", "N m/rad")
-    wrenches: tuple[Eigenwrench, ...]  #: three, or two in the plane
-    twists: tuple[Eigentwist, ...]  #: three, or one in the plane
-    #: lines that are both the axis of an eigenwrench and of an eigentwist, both without pitch
+    wrenches: tuple[Eigenwrench, ...]
+    twists: tuple[Eigentwist, ...]
     compliant_axes: tuple[CompliantAxis, ...]
     status: Status
 
@@ -116,17 +153,27 @@ _LOST = 1e-14  # of the largest eigenvalue: smaller ones are rounding
 
 @frozen
 class Centre:
-    """A point about which the coupling block of K, or of C, is symmetric."""
+    """A point about which the coupling block of K, or of C, is symmetric.
+
+    Attributes
+    ----------
+    point : (3,) array or None
+        In the world [m]; of a line the point nearest to the robot's own. None where there is none.
+    line : (3,) array or None
+        Direction of the line of such points, where one is as good as another.
+    matrix : (n, n) array or None
+        K, or C, about the point.
+    coupling : float or None
+        What couples forces with rotations there, ``|K_tr| / sqrt(|K_tt| |K_rr|)``, or the same of
+        C: 0 where a force only displaces and a couple only turns, below 1 always. No unit.
+    status : Status
+    """
 
     about: ClassVar[str] = "independent of the reference point it is computed from"
     unit: ClassVar[str] = "m"
-    #: (3,): in the world [m]; of a line the point nearest to the robot's own; None where there is
-    #: none
     point: np.ndarray | None
-    line: np.ndarray | None  #: (3,): along such points, where one is as good as another
-    matrix: np.ndarray | None  #: (n, n): K, or C, about the point
-    #: what couples forces with rotations there, ``|K_tr| / sqrt(|K_tt| |K_rr|)``, or the same of
-    #: C: 0 where a force only displaces and a couple only turns, below 1 always; no unit
+    line: np.ndarray | None
+    matrix: np.ndarray | None
     coupling: float | None
     status: Status
 
