@@ -146,8 +146,7 @@ def _with_first(robot: rs.Robot, joint: Joint) -> rs.Robot:
 def _telescope(section: rs.CrossSection, home: float | None = None) -> rs.Telescope:
     """A driven beam along z, all of which is as long as the leg."""
     beam = rs.TelescopicBeam(STEEL, section, share=1.0)
-    more = {} if home is None else {"home": home}
-    return rs.Telescope(Z, (beam,), beam_axes(Z, None), DRIVE, **more)
+    return rs.Telescope(Z, (beam,), beam_axes(Z, None), DRIVE, home)
 
 
 def drives_only_arm() -> rs.Robot:

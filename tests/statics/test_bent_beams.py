@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,7 +32,7 @@ def elastica(turn: float) -> tuple[float, np.ndarray]:
     ``EI t'^2 / 2 = F (sin(turn) - sin(t))``, from the moment that vanishes at the tip.
     """
 
-    def along(f: np.ufunc) -> float:
+    def along(f: Any) -> float:
         def rate(u: float) -> float:  # with t = turn - u^2
             product = 2 * np.sin(u * u / 2) * np.cos(turn - u * u / 2)
             return float(f(turn - u * u) * 2 * u / np.sqrt(product))

@@ -324,5 +324,5 @@ def test_a_spring_yields_along_its_freedoms_whatever_its_compliance_there(size: 
     K = rs.stiffness(network).K
     assert np.allclose(rs.equilibrium(network).K, K, rtol=1e-9, atol=1e-12 * np.abs(K).max())
     wrench = 1e-3 * size * np.array([1, 2, 3, *[size] * 3])
-    bent, found = (verb(network, wrench=wrench) for verb in (rs.deflection, rs.equilibrium))
+    bent, found = rs.deflection(network, wrench=wrench), rs.equilibrium(network, wrench=wrench)
     assert np.allclose(found.displacement, bent.twist, rtol=1e-5, atol=0)

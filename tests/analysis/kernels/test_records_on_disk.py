@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pkgutil import resolve_name
+from typing import Any
 
 import numpy as np
 import pytest
@@ -196,7 +197,7 @@ def _program():
 )
 def test_a_step_works_only_on_steps_before_it(name, place, value):
     program = _program()
-    owner = program if name == "outputs" else program.steps
+    owner: Any = program if name == "outputs" else program.steps
     changed = [value if k == place else own for k, own in enumerate(getattr(owner, name))]
     owner = replace(owner, **{name: changed})
     data = (owner if name == "outputs" else replace(program, steps=owner)).as_data()
