@@ -27,7 +27,8 @@ class OneThread:
     def __init__(self) -> None:
         from threadpoolctl import ThreadpoolController
 
-        self.lock, self.calls = Lock(), 0
+        self.lock: Any = Lock()
+        self.calls: int = 0
         self.libraries: Any = ThreadpoolController().select(user_api="blas")
         self.limit: Any = None
 
@@ -44,7 +45,10 @@ class OneThread:
                 self.limit.restore_original_limits()
 
 
-one_thread = cache(OneThread)
+@cache
+def one_thread() -> OneThread:
+    """What holds the libraries of this process."""
+    return OneThread()
 
 
 def in_one_thread(find: Callable[_Arguments, _Found]) -> Callable[_Arguments, _Found]:

@@ -7,7 +7,7 @@ import robostiff as rs
 from robostiff.analytic import differentiate
 from tests.analytic.export.programs import in_all
 
-pytestmark = pytest.mark.filterwarnings("ignore:.*nothing in the file uses")
+pytestmark = pytest.mark.filterwarnings("ignore:.*nothing in the file uses|.*in N/um.")
 
 ARM = """\
 robostiff: 1
