@@ -118,7 +118,13 @@ class _Kinds:
             parameter = self.parameters.get(name)
             if parameter is None or parameter.annotation is parameter.empty:
                 continue  # of keywords of any name, or self, which may not be complete
-            if before and (value is parameter.default or name in _NAMED or _is_exempt(value)):
+            if before and (
+                value is parameter.default
+                or name in _NAMED
+                or hasattr(value, "shape")  # an array
+                or hasattr(type(value), "to_root_units")  # a quantity with a unit
+                or (isinstance(value, Sized) and len(value) > _LONG)
+            ):
                 continue
             key = name, before, owners
             if key not in self._hints:
@@ -138,13 +144,6 @@ class _Kinds:
 # Arguments that functions refuse with what to write instead.
 _NAMED = {"robot", "linkage", "network", "tolerance", "measured", "budget", "sequence", "where"}
 _LONG, _SHOWN, _MOST_MEMBERS = 100, 40, 8
-
-
-def _is_exempt(value: Any) -> bool:
-    """Whether it is an array, a quantity with a unit or a long list."""
-    if hasattr(value, "shape") or hasattr(type(value), "to_root_units"):
-        return True
-    return isinstance(value, Sized) and len(value) > _LONG
 
 
 def _in_words(annotation: str, hint: Any) -> str:
